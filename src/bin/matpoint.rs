@@ -1,0 +1,123 @@
+//! The command `matpoint`: run, check and describe scenes, print the schema of scene files.
+//!
+//! Exit codes: 0 done; 1 a run failed; 2 a fault in the scene or the arguments, and then nothing was written.
+
+#[path = "../cli/mod.rs"]
+mod cli;
+
+use clap::{Args, Parser, Subcommand};
+use cli::Failure;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Simulate elastic solids with the material point method.
+///
+/// A scene is a TOML or JSON file in SI units. `matpoint schema` prints what may stand in it.
+#[derive(Parser)]
+#[command(name = "matpoint", version, arg_required_else_help = true)]
+#[command(after_help = "Examples:
+  matpoint check beam.toml                       find every fault of a scene
+  matpoint run beam.toml --picture beam.svg      run it, draw the last frame
+  matpoint run beam.toml --record beam.rrd       run it, then watch with: rerun beam.rrd
+
+`matpoint help run` has more. Exit codes: 0 done, 1 the run failed, 2 a fault in the scene or the arguments.")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run a scene and record it.
+    #[command(after_help = RUN_EXAMPLES)]
+    Run(RunArgs),
+    /// Find every fault of a scene without running it.
+    #[command(after_help = "Examples:
+  matpoint check beam.toml
+  matpoint check beam.toml --set grid.cell=0.1   would it be sound on a finer grid?")]
+    Check(SceneArgs),
+    /// Tell what a scene becomes: method, memory, stable step, variables.
+    #[command(after_help = "Examples:
+  matpoint describe beam.toml
+  matpoint describe beam.toml --set method.transfer=apic")]
+    Describe(SceneArgs),
+    /// Print the JSON schema of scene files.
+    #[command(after_help = "Examples:
+  matpoint schema > scene.schema.json            editors complete and check scene files with it")]
+    Schema,
+}
+
+const RUN_EXAMPLES: &str = "Examples:
+  matpoint run beam.toml                                    only the summary
+  matpoint run beam.toml --record beam.rrd                  then watch with: rerun beam.rrd
+  matpoint run beam.toml --csv out --picture out/beam.svg   tables and a picture
+  matpoint run beam.toml --set material.rubber.young=2e6 --set grid.cell=0.1
+  matpoint run beam.toml --until 0.5 --threads 4
+
+How often is recorded stands in the scene: record.every (frames), record.history (rows).";
+
+#[derive(Args)]
+struct SceneArgs {
+    /// Scene file: TOML, or JSON with the ending .json.
+    scene: PathBuf,
+    /// Override a value of the scene, such as grid.cell=0.1; may be given several times.
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    overrides: Vec<(String, String)>,
+}
+
+#[derive(Args)]
+struct RunArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Record particles and curves for the Rerun viewer; the file ends in .rrd.
+    #[arg(long, value_name = "FILE.rrd")]
+    record: Option<PathBuf>,
+    /// Write history.csv (energies, probes, reactions) and particles.csv (the last frame) to a folder.
+    #[arg(long, value_name = "DIR")]
+    csv: Option<PathBuf>,
+    /// Draw the last frame; the file ends in .svg.
+    #[arg(long, value_name = "FILE.svg")]
+    picture: Option<PathBuf>,
+    /// Stop at this time [s] instead of time.end.
+    #[arg(long, value_name = "T", value_parser = seconds)]
+    until: Option<f64>,
+    /// Number of threads; all cores if left out. The result does not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// Show no progress bar.
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+fn key_value(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.trim().is_empty() => Ok((key.trim().to_owned(), value.trim().to_owned())),
+        _ => Err("expected KEY=VALUE, such as grid.cell=0.1".to_owned()),
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(time) if f64::is_finite(time) && time > 0.0 => Ok(time),
+        _ => Err("expected a positive number of seconds".to_owned()),
+    }
+}
+
+fn main() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Run(args) => cli::run(&args),
+        Command::Check(args) => cli::check(&args),
+        Command::Describe(args) => cli::describe(&args),
+        Command::Schema => cli::schema(),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        // Whoever read our output has seen enough: `matpoint schema | head`.
+        Err(Failure::Output(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(failure) => {
+            // Not `eprintln!`: that panics where stderr is closed.
+            let _ = std::io::Write::write_all(&mut std::io::stderr(), format!("{failure}\n").as_bytes());
+            failure.exit_code()
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! What the commands do. They see a scene and a simulation from outside, as any adapter does.
+
+mod describe;
+mod run;
+mod text;
+
+pub(crate) use describe::{check, describe, schema};
+pub(crate) use run::run;
+
+use crate::SceneArgs;
+use matpoint::Simulation;
+use matpoint::record::{RecordError, RunError};
+use matpoint::scene::{Scene, SceneError};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Why a command did not do what it was asked for.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Failure {
+    /// Every fault of the scene, a line each.
+    #[error("{0}")]
+    Scene(#[from] SceneError),
+    /// A file name with an ending that nothing is written for.
+    #[error("`{}` does not end in `.{ending}`: --{option} writes .{ending} files", path.display())]
+    Ending { option: &'static str, path: PathBuf, ending: &'static str },
+    /// Recordings need a cargo feature that this program was built without.
+    #[cfg(not(feature = "rerun"))]
+    #[error("--record: this matpoint was built without Rerun; build it with `cargo build --release --features rerun`, or use --csv")]
+    NoRerun,
+    /// A file cannot be opened; nothing was computed.
+    #[error("{0}")]
+    Open(RecordError),
+    /// The thread pool cannot be made.
+    #[error("--threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+    /// A step or a recording failed on the way.
+    #[error("the run failed: {error}{}", kept(files))]
+    Run { error: RunError, files: Vec<PathBuf> },
+    /// The summary cannot be read from the simulation.
+    #[error(transparent)]
+    Component(#[from] matpoint::component::ComponentError),
+    /// Standard output is closed or full.
+    #[error("cannot write to standard output: {0}")]
+    Output(#[from] std::io::Error),
+}
+
+impl Failure {
+    pub(crate) fn exit_code(&self) -> ExitCode {
+        match self {
+            Self::Run { .. } | Self::Component(_) | Self::Output(_) => ExitCode::from(1),
+            _ => ExitCode::from(2),
+        }
+    }
+}
+
+/// What a failed run leaves.
+fn kept(files: &[PathBuf]) -> String {
+    if files.is_empty() {
+        return String::new();
+    }
+    let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+    format!("\nrecorded until then: {}", names.join(", "))
+}
+
+fn load(args: &SceneArgs) -> Result<Simulation, Failure> {
+    Ok(Scene::load_with(&args.scene, &args.overrides)?.build()?)
+}

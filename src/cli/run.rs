@@ -1,0 +1,150 @@
+//! `matpoint run`.
+
+use super::text::{digits, duration, grouped, pairs, rate, si};
+use super::{Failure, load};
+use crate::RunArgs;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use matpoint::Simulation;
+use matpoint::component::{ComponentError, Description};
+use matpoint::record::{self, CsvSink, EnergyWatch, PictureSink, Progress, RunError, Sink, Summary};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Ticks of the progress bar from start to end.
+const TICKS: u64 = 1000;
+
+/// Runs a scene, records it, prints a summary.
+pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
+    let mut files = file_sinks(args)?;
+    if let Some(threads) = args.threads {
+        rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
+    }
+    let mut sim = load(&args.scene)?;
+    let until = args.until.unwrap_or(sim.scene().time.end);
+    let mut watch = EnergyWatch::default();
+    let particles = sim.describe().particles;
+    let bar = progress_bar(args.quiet);
+    let start = Instant::now();
+
+    let mut sinks: Vec<&mut dyn Sink> = vec![&mut watch];
+    sinks.extend(files.iter_mut().map(|sink| &mut **sink as &mut dyn Sink));
+    let outcome = record::run(&mut sim, until, &mut sinks, &mut |at| show(&bar, at, particles, start));
+    bar.finish_and_clear();
+    let written: Vec<PathBuf> = files.iter().flat_map(|sink| sink.files()).collect();
+    let summary = outcome.map_err(|error| match error {
+        RunError::Begin(error) => Failure::Open(error),
+        error => Failure::Run { error, files: written.clone() },
+    })?;
+    print(args, &mut sim, &summary, &watch, start.elapsed().as_secs_f64(), &written)
+}
+
+/// The sinks asked for. No file is opened yet; a stream that cannot be undone comes last.
+fn file_sinks(args: &RunArgs) -> Result<Vec<Box<dyn Sink>>, Failure> {
+    let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
+    if let Some(folder) = &args.csv {
+        sinks.push(Box::new(CsvSink::new(folder)));
+    }
+    if let Some(path) = &args.picture {
+        ends_in("picture", path, "svg")?;
+        sinks.push(Box::new(PictureSink::new(path)));
+    }
+    if let Some(path) = &args.record {
+        ends_in("record", path, "rrd")?;
+        #[cfg(not(feature = "rerun"))]
+        return Err(Failure::NoRerun);
+        #[cfg(feature = "rerun")]
+        sinks.push(Box::new(record::RerunSink::new(path)));
+    }
+    Ok(sinks)
+}
+
+fn ends_in(option: &'static str, path: &Path, ending: &'static str) -> Result<(), Failure> {
+    if path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending)) {
+        Ok(())
+    } else {
+        Err(Failure::Ending { option, path: path.to_path_buf(), ending })
+    }
+}
+
+/// A bar on stderr; indicatif draws nothing where that is no terminal.
+fn progress_bar(quiet: bool) -> ProgressBar {
+    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    let style = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::with_draw_target(Some(TICKS), target).with_style(style)
+}
+
+fn show(bar: &ProgressBar, at: Progress, particles: usize, start: Instant) {
+    if bar.is_hidden() {
+        return;
+    }
+    let share = at.time / at.until;
+    let elapsed = start.elapsed().as_secs_f64();
+    let speed = at.substeps as f64 * particles as f64 / elapsed;
+    let left = if share > 0.0 { duration((elapsed / share - elapsed).ceil()) } else { "-".to_owned() };
+    bar.set_message(format!("t = {} / {} s  {}  {left} left", digits(at.time), digits(at.until), rate(speed)));
+    bar.set_position((share * TICKS as f64) as u64);
+}
+
+/// The summary on standard output.
+fn print(
+    args: &RunArgs,
+    sim: &mut Simulation,
+    summary: &Summary,
+    watch: &EnergyWatch,
+    wall: f64,
+    files: &[PathBuf],
+) -> Result<(), Failure> {
+    let description = sim.describe();
+    let particle_steps = summary.substeps as f64 * description.particles as f64;
+    let mut rows = vec![
+        ("time", format!("{} s", digits(summary.end))),
+        ("particles", grouped(description.particles as u64)),
+        ("steps", format!("{}, the smallest {}", grouped(summary.substeps), si(summary.smallest_step, "s"))),
+        ("wall time", format!("{}, {}", duration(wall), rate(particle_steps / wall))),
+    ];
+    let energies = ["kinetic", "strain", "external", "total"].map(|kind| {
+        let name = format!("energy/{kind}");
+        Ok::<String, ComponentError>(format!("{kind} {}", value(sim, &description, &name)?))
+    });
+    rows.push(("energy", energies.into_iter().collect::<Result<Vec<_>, _>>()?.join(", ")));
+    rows.push(("energy drift", format!("{} of the largest kinetic + strain energy", digits(watch.drift()))));
+    rows.push(("momentum", value(sim, &description, "momentum/linear")?));
+    for (name, label) in
+        [("error/displacement", "displacement error"), ("error/velocity", "velocity error"), ("error/stress", "stress error")]
+    {
+        if let Some(unit) = unit(&description, name) {
+            let error = sim.get(name)?;
+            // A reference from a file knows some times only.
+            let known = error.iter().all(|e| e.is_finite());
+            let text = format!("RMS {} {unit}, largest {} {unit}", digits(error[0]), digits(error[1]));
+            rows.push((label, if known { text } else { "the solution is not known at this time".to_owned() }));
+        }
+    }
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "{}", description.title)?;
+    pairs(&mut out, rows)?;
+    for file in files {
+        writeln!(out, "wrote {}", file.display())?;
+    }
+    let scene = args.scene.scene.display();
+    match (&args.record, files.is_empty()) {
+        (Some(path), _) => writeln!(out, "open with: rerun {}", path.display())?,
+        (None, true) => writeln!(out, "nothing recorded; to see it: matpoint run {scene} --picture last.svg")?,
+        (None, false) => {}
+    }
+    Ok(())
+}
+
+fn unit(description: &Description, name: &str) -> Option<&'static str> {
+    description.variables.iter().find(|variable| variable.name == name).map(|variable| variable.unit)
+}
+
+/// A small variable as text: `12.3 mJ`, `(1, 2) kg m/s`.
+fn value(sim: &mut Simulation, description: &Description, name: &str) -> Result<String, ComponentError> {
+    let unit = unit(description, name).unwrap_or_default();
+    Ok(match sim.get(name)? {
+        [single] => si(*single, unit),
+        several => format!("({}) {unit}", several.iter().map(|&v| digits(v)).collect::<Vec<_>>().join(", ")),
+    })
+}

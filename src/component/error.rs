@@ -1,0 +1,102 @@
+//! What can go wrong while a simulation is stepped and talked to.
+
+/// A step that could not be done. The state is as it was before the call.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum StepError {
+    /// The asked step is not a positive, finite number.
+    #[error("step of {step} s: a step is a positive, finite number of seconds")]
+    BadStep {
+        /// Asked step \[s\].
+        step: f64,
+    },
+    /// A particle was turned inside out.
+    #[error("at t = {time} s particle {particle} at {position:?} m was inverted (det F = {det:.3e}); take a smaller step or a finer grid")]
+    Inverted {
+        /// Time at the start of the failed substep \[s\].
+        time: f64,
+        /// Particle, as in the order of `particle/position`.
+        particle: usize,
+        /// Its position \[m\].
+        position: Vec<f64>,
+        /// Determinant of its deformation gradient \[-\].
+        det: f64,
+    },
+    /// A position, velocity or stress is no longer a finite number.
+    #[error("at t = {time} s particle {particle} at {position:?} m is no longer finite; take a smaller step")]
+    NotFinite {
+        /// Time at the start of the failed substep \[s\].
+        time: f64,
+        /// Particle, as in the order of `particle/position`.
+        particle: usize,
+        /// Its last position \[m\].
+        position: Vec<f64>,
+    },
+    /// A particle left the grid.
+    #[error("at t = {time} s particle {particle} left the grid at {position:?} m; make the grid larger or hold the body")]
+    LeftGrid {
+        /// Time at the start of the failed substep \[s\].
+        time: f64,
+        /// Particle, as in the order of `particle/position`.
+        particle: usize,
+        /// Its position \[m\].
+        position: Vec<f64>,
+    },
+    /// The stress-free thickness of plane stress was not found.
+    #[error("at t = {time} s no stress-free thickness was found for particle {particle} at {position:?} m; the material is crushed")]
+    NoThickness {
+        /// Time at the start of the failed substep \[s\].
+        time: f64,
+        /// Particle, as in the order of `particle/position`.
+        particle: usize,
+        /// Its position \[m\].
+        position: Vec<f64>,
+    },
+}
+
+/// A call with wrong words or numbers. Nothing was changed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ComponentError {
+    /// No variable of that name.
+    #[error("no variable `{name}`{}", nearest.as_ref().map(|n| format!("; did you mean `{n}`?")).unwrap_or_default())]
+    UnknownVariable {
+        /// Name asked for.
+        name: String,
+        /// Nearest right name.
+        nearest: Option<String>,
+    },
+    /// Wrong number of values.
+    #[error("`{name}` takes {expected} values, not {found}")]
+    WrongShape {
+        /// Variable.
+        name: String,
+        /// Values it takes.
+        expected: usize,
+        /// Values given.
+        found: usize,
+    },
+    /// An output cannot be set.
+    #[error("`{name}` is an output and cannot be set")]
+    ReadOnly {
+        /// Variable.
+        name: String,
+    },
+    /// A value is NaN or infinite.
+    #[error("`{name}`[{index}] is {value}; values are finite numbers")]
+    NotFinite {
+        /// Variable.
+        name: String,
+        /// Index of the first such value.
+        index: usize,
+        /// The value.
+        value: f64,
+    },
+    /// The state cannot be measured.
+    #[error("cannot be measured: {0}")]
+    Unmeasurable(#[from] StepError),
+    /// The bytes are no snapshot of this scene.
+    #[error("cannot restore: {reason}")]
+    BadSnapshot {
+        /// What is wrong with the bytes.
+        reason: &'static str,
+    },
+}

@@ -1,0 +1,295 @@
+//! 6 FROM OUTSIDE: all that an adapter (Python, ROS 2, a recorder, the command line) may see.
+
+mod error;
+mod exact;
+mod output;
+mod variable;
+
+pub use error::{ComponentError, StepError};
+pub use variable::{Causality, Description, Report, Variable};
+
+use crate::model::{Model, Pace, Signal};
+use crate::scene::{Fault, Integrator, Scene, SceneError, Transfer};
+use crate::state::State;
+use crate::step::measure::Measures;
+use crate::step::{Stepper, limit};
+use exact::Exact;
+use output::Outputs;
+
+/// A running scene.
+///
+/// Loads go in with [`set`](Self::set), [`step`](Self::step) moves time, the state comes out with [`get`](Self::get). Only `step` moves
+/// time. A failed call leaves the simulation as it was.
+pub struct Simulation {
+    scene: Scene,
+    model: Model,
+    state: State,
+    stepper: Stepper,
+    /// Stable step at time 0 \[s\].
+    stable_step: f64,
+    exact: Option<Exact>,
+    /// Measures at time 0, from which errors of energy are counted.
+    initial: Measures,
+    outputs: Outputs,
+    /// State before the step under way.
+    backup: State,
+}
+
+impl Scene {
+    /// Makes the scene ready to run: choices become types and tables here.
+    ///
+    /// # Errors
+    /// Every fault of the scene; a fixed step above the stable one.
+    pub fn build(self) -> Result<Simulation, SceneError> {
+        Simulation::new(self)
+    }
+}
+
+impl Simulation {
+    /// Makes a scene ready to run.
+    ///
+    /// # Errors
+    /// Every fault of the scene; a fixed step above the stable one.
+    pub fn new(scene: Scene) -> Result<Self, SceneError> {
+        scene.check()?;
+        let (model, mut state) = Model::new(&scene)?;
+        let fault = |path: &str, message: String| SceneError::Faults { file: None, faults: vec![Fault::new(path, message)] };
+        let stable_step = limit::stable_step(&model, &state).map_err(|e| fault("body", e.to_string()))?;
+        state.pace = initial_pace(&model, &state);
+        let largest = stable_step * state.pace;
+        if let Pace::Fixed(step) = model.pace
+            && step > largest
+        {
+            let message = format!("is {step} s, above the stable step of {largest:.4e} s; take at most {:.2e}, or `cfl` instead", 0.99 * largest);
+            return Err(fault("time.step", message));
+        }
+        let exact = scene.exact.as_ref().map(|e| Exact::new(e, model.dimension)).transpose().map_err(|m| fault("exact", m))?;
+        let mut stepper = Stepper::new(&model);
+        let initial = stepper.measure(&model, &mut state).map_err(|e| fault("body", e.to_string()))?;
+        let outputs = Outputs::new(&model, &state, exact.as_ref());
+        Ok(Self { scene, model, state, stepper, stable_step, exact, initial, outputs, backup: State::default() })
+    }
+
+    /// The scene that runs.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Time \[s\].
+    pub fn time(&self) -> f64 {
+        self.state.time
+    }
+
+    /// Largest stable substep now \[s\], from the stable step at time 0 and from wave and particle speed since.
+    pub fn max_step(&self) -> f64 {
+        self.stable_step * self.state.pace
+    }
+
+    /// Moves time by `dt` \[s\], in as many substeps as are needed, and lands exactly on the new time.
+    ///
+    /// # Errors
+    /// A step that cannot be done; the state is then as it was before the call.
+    pub fn step(&mut self, dt: f64) -> Result<Report, StepError> {
+        if !(dt > 0.0 && dt.is_finite()) {
+            return Err(StepError::BadStep { step: dt });
+        }
+        self.state.copy_to(&mut self.backup);
+        let result = self.substeps(dt);
+        if result.is_err() {
+            std::mem::swap(&mut self.state, &mut self.backup);
+            self.stepper.forget(&self.model);
+        } else {
+            self.outputs.outdate();
+        }
+        result
+    }
+
+    fn substeps(&mut self, dt: f64) -> Result<Report, StepError> {
+        let (start, first) = (self.state.time, self.state.steps);
+        let end = start + dt;
+        let mut smallest = f64::INFINITY;
+        self.stepper.begin(&self.model);
+        // fixed: equal substeps; else as many equal ones as the stable step of now asks for, thought over after each
+        let fixed = match self.model.pace {
+            Pace::Fixed(step) => Some(substeps_in(dt, step)),
+            Pace::Cfl(_) => None,
+        };
+        let mut done = 0.0;
+        loop {
+            let left = match fixed {
+                Some(n) => n - done,
+                None => substeps_in(end - self.state.time, self.cfl() * self.max_step()),
+            };
+            let h = if fixed.is_some() { dt / (left + done) } else { (end - self.state.time) / left };
+            self.stepper.advance(&self.model, &mut self.state, h)?;
+            done += 1.0;
+            smallest = smallest.min(h);
+            if left <= 1.0 {
+                break;
+            }
+        }
+        self.state.time = end;
+        for (mean, impulse) in self.state.reactions.iter_mut().zip(self.stepper.impulse()) {
+            *mean = impulse.map(|i| i / dt);
+        }
+        Ok(Report { time: end, substeps: self.state.steps - first, smallest_step: smallest })
+    }
+
+    fn cfl(&self) -> f64 {
+        match self.model.pace {
+            Pace::Cfl(share) => share,
+            Pace::Fixed(_) => 1.0,
+        }
+    }
+
+    /// Sets an input; it is held until set again.
+    ///
+    /// # Errors
+    /// Unknown name, output, wrong number of values, value that is not finite.
+    pub fn set(&mut self, name: &str, values: &[f64]) -> Result<(), ComponentError> {
+        let load = self.outputs.input(name, values)?;
+        self.state.inputs[load].copy_from_slice(values);
+        self.outputs.outdate();
+        Ok(())
+    }
+
+    /// The values of a variable as a C-order array, computed where they are not yet.
+    ///
+    /// # Errors
+    /// Unknown name.
+    pub fn get(&mut self, name: &str) -> Result<&[f64], ComponentError> {
+        let index = self.outputs.find(name)?;
+        if self.outputs.needs_measures(index) {
+            self.outputs.measures = Some(self.stepper.measure(&self.model, &mut self.state)?);
+        }
+        Ok(self.outputs.value(index, &self.model, &self.state, &self.initial, self.exact.as_ref()))
+    }
+
+    /// All bytes that a restart needs.
+    pub fn save(&self) -> Vec<u8> {
+        // a state is plain numbers: there is nothing that could not be written to memory
+        postcard::to_allocvec(&(SNAPSHOT, self.fingerprint(), &self.state)).unwrap_or_default()
+    }
+
+    /// Goes back to a saved state of the same scene. Steps from here on give the same bytes as from there.
+    ///
+    /// # Errors
+    /// Bytes that are no snapshot, or one of another scene or version; nothing is changed then.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), ComponentError> {
+        let bad = |reason| ComponentError::BadSnapshot { reason };
+        let (header, rest) = postcard::take_from_bytes::<([u8; 8], u64)>(bytes).map_err(|_| bad("the bytes are no snapshot"))?;
+        if header.0 != SNAPSHOT {
+            return Err(bad("the bytes are no snapshot, or one of another version"));
+        }
+        if header.1 != self.fingerprint() {
+            return Err(bad("the snapshot is of another scene"));
+        }
+        let state: State = postcard::from_bytes(rest).map_err(|_| bad("the snapshot is cut short or damaged"))?;
+        if !state.fits(&self.state) {
+            return Err(bad("the snapshot is damaged"));
+        }
+        self.state = state;
+        self.stepper.forget(&self.model);
+        self.outputs.outdate();
+        Ok(())
+    }
+
+    /// Goes back to time 0, inputs at zero.
+    pub fn reset(&mut self) {
+        if let Ok((_, state)) = Model::new(&self.scene) {
+            self.state = state;
+            self.state.pace = initial_pace(&self.model, &self.state);
+        }
+        self.stepper.forget(&self.model);
+        self.outputs.outdate();
+    }
+
+    /// What this simulation is: its method, what it needs and skips, its variables.
+    pub fn describe(&self) -> Description {
+        let model = &self.model;
+        let degree = model.axes.first().map_or(1, |a| a.degree());
+        let integrator = match model.integrator {
+            Integrator::Usf => "update stress first, leapfrog",
+            Integrator::Usl => "update stress last, leapfrog",
+            Integrator::Musl => "modified update stress last, leapfrog",
+        };
+        let transfer = match model.transfer {
+            Transfer::Pic => "PIC".into(),
+            Transfer::Apic => "APIC".into(),
+            Transfer::Flip if model.flip_share == 1.0 => "FLIP".into(),
+            Transfer::Flip => format!("FLIP {} %, PIC the rest", 100.0 * model.flip_share),
+        };
+        let step = match model.pace {
+            Pace::Fixed(step) => format!("{step} s, fixed"),
+            Pace::Cfl(share) => format!("{share} of the stable step"),
+        };
+        let method = vec![
+            ("formulation", "updated Lagrangian".into()),
+            ("basis", if degree == 1 { "linear".into() } else { format!("B-splines of degree {degree}, open knots") }),
+            ("quadrature", "particles".into()),
+            ("mass", "lumped".into()),
+            ("transfer", transfer),
+            ("integrator", integrator.into()),
+            ("step", step),
+        ];
+        let needs = &model.needs;
+        let parts = [
+            (needs.affine, "affine matrix of each particle (APIC)"),
+            (needs.increment, "nodal acceleration at each particle (FLIP)"),
+            (needs.history > 0, "stress history of each particle"),
+            (needs.lateral, "stretch across the plane of each particle"),
+            (needs.body_force, "body force that differs from particle to particle"),
+            (needs.lookup, "surface or point loads"),
+            (!model.boundaries.is_empty(), "boundaries with reactions"),
+            (needs.work, "work of loads and moving boundaries"),
+            (matches!(model.pace, Pace::Cfl(_)), "step control by wave and particle speed"),
+        ];
+        let list = |wanted: bool| parts.iter().filter(|(n, _)| *n == wanted).map(|(_, text)| (*text).to_owned()).collect();
+        let n = self.state.particles.len();
+        Description {
+            title: self.scene.title.clone(),
+            dimension: model.dimension,
+            particles: n,
+            bodies: model.bodies.iter().map(|b| (b.name.clone(), b.particles.len())).collect(),
+            method,
+            needs: list(true),
+            skips: list(false),
+            // the state, its copy while a step is under way, and the positions at time 0
+            memory: n * (2 * self.state.particles.bytes_each() + 8 * model.dimension) + self.stepper.grid.bytes(),
+            stable_step: self.stable_step,
+            variables: self.outputs.variables(),
+        }
+    }
+
+    /// FNV-1a hash of the scene: enough to tell scenes apart, the same on every machine.
+    fn fingerprint(&self) -> u64 {
+        let text = serde_json::to_string(&self.scene).unwrap_or_default();
+        text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+    }
+}
+
+/// First bytes of a snapshot; the last is the version of its format.
+const SNAPSHOT: [u8; 8] = *b"matpnt\x00\x01";
+
+/// Substeps of at most `step` in `dt`; a step that fits up to round-off fits.
+fn substeps_in(dt: f64, step: f64) -> f64 {
+    (dt / step * (1.0 - 1e-9)).ceil().max(1.0)
+}
+
+/// Ratio of the wave speed to wave plus particle speed at time 0.
+fn initial_pace(model: &Model, state: &State) -> f64 {
+    let particles = &state.particles;
+    (0..particles.len())
+        .map(|p| {
+            let body = &model.bodies[particles.body[p] as usize];
+            let wave = (body.material.lame().wave_modulus() / body.density).sqrt();
+            let speed = particles.velocity.row::<3>(p).iter().map(|v| v * v).sum::<f64>().sqrt();
+            wave / (wave + speed)
+        })
+        .fold(1.0, f64::min)
+}
+
+/// Loads that are set from outside, by their place among the loads.
+fn external_loads(model: &Model) -> impl Iterator<Item = usize> {
+    (0..model.loads.len()).filter(|&i| matches!(model.loads[i].signal, Signal::External))
+}

@@ -1,0 +1,72 @@
+//! The one list of variables: names, units, shapes and meaning. Every adapter reads its variables from here.
+
+/// Whether a variable is set from outside or read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Causality {
+    /// Set from outside, held over the following steps.
+    Input,
+    /// Computed by the simulation.
+    Output,
+}
+
+/// One variable of a [`crate::Simulation`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variable {
+    /// Name, as `get` and `set` take it: `particle/position`, `load/tip/traction`.
+    pub name: String,
+    /// Input or output.
+    pub causality: Causality,
+    /// SI unit, empty for pure numbers.
+    pub unit: &'static str,
+    /// Shape of the C-order array; empty for one number.
+    pub shape: Vec<usize>,
+    /// Meaning.
+    pub doc: &'static str,
+}
+
+impl Variable {
+    /// Number of values.
+    pub fn len(&self) -> usize {
+        self.shape.iter().product()
+    }
+    /// Whether it holds no value.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// What a simulation is: returned by [`crate::Simulation::describe`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Description {
+    /// Title of the scene.
+    pub title: String,
+    /// Number of space dimensions.
+    pub dimension: usize,
+    /// Number of particles.
+    pub particles: usize,
+    /// Bodies in the order of `particle/body`: name and number of particles.
+    pub bodies: Vec<(String, usize)>,
+    /// The point chosen in the table formulation x basis x quadrature x mass x transfer x integrator, in words.
+    pub method: Vec<(&'static str, String)>,
+    /// What this scene needs, and so costs.
+    pub needs: Vec<String>,
+    /// What this scene does not need, and so does not cost.
+    pub skips: Vec<String>,
+    /// Memory of particles, grid and tables \[bytes\].
+    pub memory: usize,
+    /// Largest stable step at time 0 \[s\].
+    pub stable_step: f64,
+    /// All variables.
+    pub variables: Vec<Variable>,
+}
+
+/// What a call of [`crate::Simulation::step`] did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Report {
+    /// Time reached \[s\].
+    pub time: f64,
+    /// Substeps taken.
+    pub substeps: u64,
+    /// Smallest substep \[s\].
+    pub smallest_step: f64,
+}

@@ -1,0 +1,53 @@
+//! Keeps particles that are neighbours in space neighbours in memory.
+
+use super::BlockShape;
+use crate::basis::Spline;
+use crate::state::{Bin, Particles};
+
+/// Sorts the particles by block and, within a block, by cell; particles of one cell keep their order. Returns the bins.
+pub(crate) fn sort(axes: &[Spline], shape: BlockShape, particles: &mut Particles) -> Vec<Bin> {
+    let dimension = axes.len();
+    let n = particles.len();
+    let mut keyed: Vec<([i32; 3], u32, u32)> = (0..n)
+        .map(|p| {
+            let mut cell = [0; 3];
+            for (axis, spline) in axes.iter().enumerate() {
+                cell[3 - dimension + axis] = spline.cell(particles.position.column(axis)[p]).0;
+            }
+            (shape.of(cell), shape.index(cell) as u32, p as u32)
+        })
+        .collect();
+    // the last key is the place in memory, so that equal cells keep their order and the result does not depend on the sort
+    keyed.sort_unstable();
+    let order: Vec<usize> = keyed.iter().map(|k| k.2 as usize).collect();
+    if !order.is_sorted() {
+        permute(particles, &order);
+    }
+    let mut bins: Vec<Bin> = Vec::new();
+    for (p, (block, _, _)) in keyed.iter().enumerate() {
+        match bins.last_mut() {
+            Some(bin) if bin.block == *block => bin.end = p as u32 + 1,
+            _ => bins.push(Bin { block: *block, start: p as u32, end: p as u32 + 1 }),
+        }
+    }
+    bins
+}
+
+/// Puts particle `order[p]` at place p.
+fn permute(particles: &mut Particles, order: &[usize]) {
+    fn gather<T: Copy>(column: &mut Vec<T>, order: &[usize], spare: &mut Vec<T>) {
+        spare.clear();
+        spare.extend(order.iter().map(|&p| column[p]));
+        std::mem::swap(column, spare);
+    }
+    gather(&mut particles.id, order, &mut Vec::new());
+    gather(&mut particles.body, order, &mut Vec::new());
+    let mut spare = Vec::with_capacity(order.len());
+    gather(&mut particles.mass, order, &mut spare);
+    gather(&mut particles.volume, order, &mut spare);
+    for table in particles.tables_mut() {
+        for column in table.columns_mut() {
+            gather(column, order, &mut spare);
+        }
+    }
+}

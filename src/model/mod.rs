@@ -1,0 +1,416 @@
+//! 2 COMPILE: Scene -> Model: immutable tables, and [`Needs`]: what this scene needs, and so what it does not.
+
+mod load;
+mod sample;
+
+pub(crate) use load::{Load, SPACE_TIME, Signal, SurfacePoint, Target};
+
+use crate::basis::Spline;
+use crate::material::{Embedding, Material};
+use crate::scene::{self, Fault, Formula, SceneError, Shape, Transfer};
+use crate::state::{Particles, State, Table};
+use sample::sample;
+
+/// A scene made ready to run.
+#[derive(Debug, Clone)]
+pub(crate) struct Model {
+    pub(crate) dimension: usize,
+    pub(crate) embedding: Embedding,
+    /// One an axis.
+    pub(crate) axes: Vec<Spline>,
+    pub(crate) bodies: Vec<Body>,
+    pub(crate) boundaries: Vec<Boundary>,
+    pub(crate) loads: Vec<Load>,
+    pub(crate) probes: Vec<Probe>,
+    /// Position at time 0 by particle id \[m\].
+    pub(crate) reference: Table,
+    pub(crate) integrator: scene::Integrator,
+    pub(crate) transfer: Transfer,
+    /// Share of FLIP; 0 for PIC and APIC.
+    pub(crate) flip_share: f64,
+    /// Nodes lighter than this keep their unaccelerated velocity for the velocity gradient \[kg\].
+    pub(crate) light: f64,
+    pub(crate) pace: Pace,
+    pub(crate) needs: Needs,
+}
+
+/// A body: its material and its particles by id.
+#[derive(Debug, Clone)]
+pub(crate) struct Body {
+    pub(crate) name: String,
+    pub(crate) material: Material,
+    /// Density at time 0 \[kg/m3\].
+    pub(crate) density: f64,
+    pub(crate) particles: std::ops::Range<usize>,
+}
+
+/// Where and how the velocity of the grid is held.
+#[derive(Debug, Clone)]
+pub(crate) struct Boundary {
+    pub(crate) name: String,
+    region: Region,
+    /// Velocity as a formula of t by axis; `None` where it is free.
+    velocity: [Option<Formula>; 3],
+}
+
+#[derive(Debug, Clone)]
+enum Region {
+    /// The first or last function of an axis.
+    Face { axis: usize, upper: bool },
+    Shape(Shape),
+}
+
+impl Boundary {
+    /// Whether the node (for B-splines: the Greville point) lies in the region.
+    pub(crate) fn holds(&self, axes: &[Spline], node: &[i32]) -> bool {
+        match &self.region {
+            Region::Face { axis, upper } => node[*axis] == if *upper { axes[*axis].functions() - 1 } else { 0 },
+            Region::Shape(shape) => {
+                let place: Vec<f64> = node.iter().zip(axes).map(|(&i, axis)| axis.node_position(i)).collect();
+                let slack = 1e-9 * axes.iter().map(Spline::cell_size).fold(f64::INFINITY, f64::min);
+                shape.contains(&place, slack)
+            }
+        }
+    }
+    /// Velocity along `axis` at `time` \[m/s\]; `None` where it is free.
+    pub(crate) fn velocity(&self, axis: usize, time: f64) -> Option<f64> {
+        self.velocity[axis].as_ref().map(|f| f.eval(&[time]))
+    }
+    pub(crate) fn holds_axis(&self, axis: usize) -> bool {
+        self.velocity[axis].is_some()
+    }
+}
+
+/// A material point that hangs on the nearest particle: x = x_p + F_p offset.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Anchor {
+    /// Id of the particle.
+    pub(crate) particle: u32,
+    /// From the particle to the point at time 0 \[m\].
+    pub(crate) offset: [f64; 3],
+}
+
+/// A material point that is watched.
+#[derive(Debug, Clone)]
+pub(crate) struct Probe {
+    pub(crate) name: String,
+    pub(crate) anchor: Anchor,
+}
+
+/// How long the substeps are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Pace {
+    /// Always the same \[s\].
+    Fixed(f64),
+    /// A share of the stable step.
+    Cfl(f64),
+}
+
+/// What this scene needs; what is false here costs nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Needs {
+    /// An affine matrix a particle (APIC).
+    pub(crate) affine: bool,
+    /// Nodal accelerations at the particles (FLIP).
+    pub(crate) increment: bool,
+    /// A body force that differs from particle to particle.
+    pub(crate) body_force: bool,
+    /// Numbers a particle that the material laws keep.
+    pub(crate) history: usize,
+    /// A stretch across the plane.
+    pub(crate) lateral: bool,
+    /// Finding particles by id: surface loads, point forces.
+    pub(crate) lookup: bool,
+    /// The work of loads and moving boundaries.
+    pub(crate) work: bool,
+}
+
+impl Model {
+    /// Compiles a scene that has passed its check, with the state at time 0.
+    pub(crate) fn new(scene: &scene::Scene) -> Result<(Self, State), SceneError> {
+        compile(scene).map_err(|fault| SceneError::Faults { file: None, faults: vec![fault] })
+    }
+
+    pub(crate) fn material(&self, body: u16) -> &Material {
+        &self.bodies[body as usize].material
+    }
+
+    /// Position at time 0 of the particle with this id \[m\].
+    pub(crate) fn reference(&self, id: u32) -> [f64; 3] {
+        self.reference.row(id as usize)
+    }
+
+    /// Smallest cell size \[m\].
+    pub(crate) fn cell(&self) -> f64 {
+        self.axes.iter().map(Spline::cell_size).fold(f64::INFINITY, f64::min)
+    }
+}
+
+fn fault(path: impl Into<String>) -> impl FnOnce(String) -> Fault {
+    let path = path.into();
+    |message| Fault::new(path, message)
+}
+
+fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
+    let dimension = scene.dimension;
+    let degree = scene.method.degree();
+    let axes: Vec<Spline> = (0..dimension)
+        .map(|a| {
+            let cell = scene.grid.cell.axis(a).unwrap_or(f64::NAN);
+            Spline::new(scene.grid.origin[a], cell, (scene.grid.size[a] / cell).round() as usize, degree)
+        })
+        .collect();
+    let affine = scene.method.transfer == Transfer::Apic;
+
+    let mut bodies: Vec<Body> = Vec::new();
+    let (mut samples, mut body_of) = (Vec::new(), Vec::new());
+    for (index, (name, body)) in scene.body.iter().enumerate() {
+        let material = &scene.material[&body.material];
+        let start = samples.len();
+        samples.extend(sample(body, &axes));
+        if samples.len() == start {
+            return Err(Fault::new(format!("body.{name}.shape"), "holds no particle; make it larger than a particle spacing, or the cells smaller"));
+        }
+        body_of.resize(samples.len(), index as u16);
+        bodies.push(Body { name: name.clone(), material: Material::new(material), density: material.density, particles: start..samples.len() });
+    }
+    let n = samples.len();
+    let embedding = Embedding::new(dimension, scene.plane);
+    let history = bodies.iter().map(|b| b.material.history()).max().unwrap_or(0);
+    let lateral = embedding.stress_free;
+
+    let mut reference = Table::new(dimension, n);
+    for (p, sample) in samples.iter().enumerate() {
+        reference.set_row(p, &sample.position);
+    }
+    let particles = Particles {
+        id: (0..n as u32).collect(),
+        mass: samples.iter().zip(&body_of).map(|(s, &b)| s.volume * bodies[b as usize].density).collect(),
+        volume: samples.iter().map(|s| s.volume).collect(),
+        body: body_of,
+        position: reference.clone(),
+        velocity: Table::new(dimension, n),
+        deformation: identity_rows(dimension, n),
+        affine: Table::new(if affine { dimension * dimension } else { 0 }, n),
+        history: Table::new(history, n),
+        lateral: if lateral { ones(n) } else { Table::default() },
+    };
+    let mut state = State { particles, ..State::default() };
+    for (body, described) in bodies.iter().zip(scene.body.values()) {
+        set_initial_velocity(&mut state.particles, body, described, dimension).map_err(fault(format!("body.{}.velocity", body.name)))?;
+    }
+
+    let boundaries = scene.boundary.iter().map(|(name, b)| boundary(name, b)).collect::<Result<Vec<_>, _>>()?;
+    let finder = Finder { reference: &reference, bodies: &bodies, scene, axes: &axes };
+    let loads = scene.load.iter().map(|(name, l)| finder.load(name, l)).collect::<Result<Vec<_>, _>>()?;
+    let probes = scene.probe.iter().map(|(name, p)| finder.probe(name, p)).collect();
+    state.reactions = vec![[0.0; 3]; boundaries.len()];
+    state.inputs = loads.iter().map(|l| if matches!(l.signal, Signal::External) { vec![0.0; l.components(dimension)] } else { Vec::new() }).collect();
+
+    let flip_share = match scene.method.transfer {
+        Transfer::Flip => scene.method.flip_share.unwrap_or(1.0),
+        Transfer::Pic | Transfer::Apic => 0.0,
+    };
+    let needs = Needs {
+        affine,
+        increment: flip_share > 0.0,
+        body_force: loads.iter().any(|l| matches!(l.target, Target::BodyForce(_)) || (matches!(l.target, Target::Gravity) && l.signal.varies_in_space())),
+        history,
+        lateral,
+        lookup: loads.iter().any(|l| matches!(l.target, Target::Traction(_) | Target::Pressure(_) | Target::PointForce(_))),
+        work: !loads.is_empty() || boundaries.iter().any(|b: &Boundary| b.velocity.iter().flatten().any(|f| f.uses(0) || f.eval(&[0.0]) != 0.0)),
+    };
+    let lightest = state.particles.mass.iter().copied().fold(f64::INFINITY, f64::min);
+    let model = Model {
+        dimension,
+        embedding,
+        axes,
+        bodies,
+        boundaries,
+        loads,
+        probes,
+        reference,
+        integrator: scene.method.integrator,
+        transfer: scene.method.transfer,
+        flip_share,
+        light: scene.method.mass_tolerance * lightest,
+        pace: match scene.time.step {
+            Some(step) => Pace::Fixed(step),
+            None => Pace::Cfl(scene.time.cfl.unwrap_or(0.5)),
+        },
+        needs,
+    };
+    Ok((model, state))
+}
+
+fn identity_rows(dimension: usize, n: usize) -> Table {
+    let mut table = Table::new(dimension * dimension, n);
+    for a in 0..dimension {
+        table.column_mut(a * dimension + a).fill(1.0);
+    }
+    table
+}
+
+fn ones(n: usize) -> Table {
+    let mut table = Table::new(1, n);
+    table.column_mut(0).fill(1.0);
+    table
+}
+
+/// Velocity of the particles of a body at time 0, and for APIC its gradient.
+fn set_initial_velocity(particles: &mut Particles, body: &Body, described: &scene::Body, dimension: usize) -> Result<(), String> {
+    let affine = particles.affine.width() > 0;
+    for (a, expr) in described.velocity.iter().enumerate() {
+        let formula = expr.compile(&["x", "y", "z"])?;
+        let mut evaluate = |formula: &Formula, affine_column: Option<usize>| {
+            for p in body.particles.clone() {
+                let value = formula.eval(&particles.position.row::<3>(p));
+                let table = if affine_column.is_some() { &mut particles.affine } else { &mut particles.velocity };
+                table.column_mut(affine_column.unwrap_or(a))[p] = value;
+            }
+        };
+        evaluate(&formula, None);
+        for k in 0..dimension {
+            if affine && formula.uses(k) {
+                let slope = formula.derivative(k)?;
+                evaluate(&slope, Some(a * dimension + k));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn boundary(name: &str, described: &scene::Boundary) -> Result<Boundary, Fault> {
+    let region = match (&described.face, &described.region) {
+        (Some(face), _) => {
+            let axis = ["x", "y", "z"].iter().position(|a| face.starts_with(a)).unwrap_or(0);
+            Region::Face { axis, upper: face.ends_with('+') }
+        }
+        (None, Some(shape)) => Region::Shape(shape.clone()),
+        (None, None) => return Err(Fault::new(format!("boundary.{name}"), "needs a `face` or a `region`")),
+    };
+    let mut velocity = [None, None, None];
+    for axis in &described.fixed {
+        velocity[*axis as usize] = Some(scene::Expr::Number(0.0).compile(&["t"]).map_err(fault(format!("boundary.{name}.fixed")))?);
+    }
+    for (axis, expr) in &described.velocity {
+        velocity[*axis as usize] = Some(expr.compile(&["t"]).map_err(fault(format!("boundary.{name}.velocity")))?);
+    }
+    Ok(Boundary { name: name.into(), region, velocity })
+}
+
+/// Finds the particles that loads and probes hang on.
+struct Finder<'a> {
+    reference: &'a Table,
+    bodies: &'a [Body],
+    scene: &'a scene::Scene,
+    axes: &'a [Spline],
+}
+
+impl Finder<'_> {
+    fn load(&self, name: &str, load: &scene::Load) -> Result<Load, Fault> {
+        let dimension = self.axes.len();
+        let (target, signal, key) = match load {
+            scene::Load::Gravity(value) => (Target::Gravity, value, "gravity"),
+            scene::Load::BodyForce(b) => {
+                let inside = |p: &usize| b.region.as_ref().is_none_or(|r| r.contains(&self.reference.row::<3>(*p)[..dimension], 0.0));
+                let members: Vec<u32> = self.body(&b.body).particles.clone().filter(inside).map(|p| p as u32).collect();
+                if members.is_empty() {
+                    return Err(Fault::new(format!("load.{name}.body_force.region"), "holds no particle of the body"));
+                }
+                (Target::BodyForce(members), &b.value, "body_force.value")
+            }
+            scene::Load::Traction(t) => (Target::Traction(self.surface(name, "traction", &t.body, &t.face)?), &t.value, "traction.value"),
+            scene::Load::Pressure(t) => (Target::Pressure(self.surface(name, "pressure", &t.body, &t.face)?), &t.value, "pressure.value"),
+            scene::Load::PointForce(f) => {
+                // the papers' way: the force acts at the particle itself
+                let anchor = Anchor { offset: [0.0; 3], ..self.anchor(self.body(&f.body), &f.at) };
+                (Target::PointForce(anchor), &f.value, "point_force.value")
+            }
+        };
+        let signal = Signal::new(signal).map_err(fault(format!("load.{name}.{key}")))?;
+        Ok(Load { name: name.into(), target, signal })
+    }
+
+    fn probe(&self, name: &str, probe: &scene::Probe) -> Probe {
+        let body = probe.body.as_ref().map_or(&self.bodies[0], |b| self.body(b));
+        Probe { name: name.into(), anchor: self.anchor(body, &probe.at) }
+    }
+
+    fn body(&self, name: &str) -> &Body {
+        let index = self.scene.body.get_index_of(name).unwrap_or(0);
+        &self.bodies[index]
+    }
+
+    /// Points on a face, as far apart as the particles, each hung on its nearest particle.
+    fn surface(&self, load: &str, kind: &str, body: &str, face: &str) -> Result<Vec<SurfacePoint>, Fault> {
+        let described = &self.scene.body[body];
+        let spacing = (0..self.axes.len())
+            .map(|a| self.axes[a].cell_size() / described.particles_per_cell.axis(a).unwrap_or(1) as f64)
+            .fold(f64::INFINITY, f64::min);
+        let found = described.shape.faces().into_iter().find(|f| f.name == face);
+        let points = found.map(|f| f.points(spacing)).unwrap_or_default();
+        if points.is_empty() {
+            return Err(Fault::new(format!("load.{load}.{kind}.face"), format!("`{face}` of body `{body}` has no area on its surface")));
+        }
+        let near = Neighbours::new(self.reference, self.body(body).particles.clone(), self.axes);
+        Ok(points
+            .iter()
+            .map(|point| {
+                let mut area = [0.0; 3];
+                area[..point.area.len()].copy_from_slice(&point.area);
+                SurfacePoint { anchor: near.anchor(&point.position), area }
+            })
+            .collect())
+    }
+
+    fn anchor(&self, body: &Body, at: &[f64]) -> Anchor {
+        Neighbours::new(self.reference, body.particles.clone(), self.axes).anchor(at)
+    }
+}
+
+/// The particles of a body by grid cell, to find the nearest one to a point.
+struct Neighbours<'a> {
+    reference: &'a Table,
+    axes: &'a [Spline],
+    cells: std::collections::HashMap<[i32; 3], Vec<u32>>,
+}
+
+impl<'a> Neighbours<'a> {
+    fn new(reference: &'a Table, particles: std::ops::Range<usize>, axes: &'a [Spline]) -> Self {
+        let mut near = Self { reference, axes, cells: std::collections::HashMap::new() };
+        for p in particles {
+            let cell = near.cell(&reference.row::<3>(p));
+            near.cells.entry(cell).or_default().push(p as u32);
+        }
+        near
+    }
+
+    fn cell(&self, place: &[f64]) -> [i32; 3] {
+        let mut cell = [0; 3];
+        for (a, axis) in self.axes.iter().enumerate() {
+            cell[a] = axis.cell(place[a]).0;
+        }
+        cell
+    }
+
+    /// Hangs a point on its nearest particle, the one with the smallest id among equals.
+    fn anchor(&self, at: &[f64]) -> Anchor {
+        let mut place = [0.0; 3];
+        place[..at.len()].copy_from_slice(at);
+        let distance = |p: u32| {
+            let x = self.reference.row::<3>(p as usize);
+            (0..3).map(|a| (x[a] - place[a]).powi(2)).sum::<f64>()
+        };
+        let home = self.cell(at);
+        let around = (0..27).map(|k| [home[0] + k / 9 - 1, home[1] + k / 3 % 3 - 1, home[2] + k % 3 - 1]);
+        let mut candidates: Vec<u32> = around.filter_map(|cell| self.cells.get(&cell)).flatten().copied().collect();
+        if candidates.is_empty() {
+            candidates = self.cells.values().flatten().copied().collect();
+        }
+        candidates.sort_unstable();
+        let particle = candidates.into_iter().min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
+        let x = self.reference.row::<3>(particle as usize);
+        Anchor { particle, offset: std::array::from_fn(|a| place[a] - x[a]) }
+    }
+}

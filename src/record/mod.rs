@@ -1,0 +1,96 @@
+//! 7 DATA OUT: what a run leaves behind. Sinks see a [`Simulation`] from outside, as any adapter does.
+//!
+//! [`run`] steps a simulation from one record time to the next and calls every [`Sink`] there. What no sink asks for is never
+//! computed. Where a run stops to record is said by the scene alone, so a result does not depend on who listens.
+
+mod color;
+mod columns;
+mod csv;
+mod draft;
+mod energy;
+mod particles;
+mod picture;
+#[cfg(feature = "rerun")]
+mod rerun;
+mod run;
+
+pub use csv::CsvSink;
+pub use energy::EnergyWatch;
+pub use picture::PictureSink;
+#[cfg(feature = "rerun")]
+pub use rerun::RerunSink;
+pub use run::{Progress, RunError, Summary, run};
+
+use crate::Simulation;
+use crate::component::ComponentError;
+use std::path::{Path, PathBuf};
+
+/// Somewhere that data of a run goes. A sink opens its files in [`begin`](Self::begin), not before.
+pub trait Sink {
+    /// Called once before the first step; opens the files, so that a path that cannot be written is found before any work is done.
+    fn begin(&mut self, sim: &mut Simulation) -> Result<(), RecordError>;
+
+    /// Called at every particle frame; `step` is the number of substeps taken so far.
+    fn frame(&mut self, sim: &mut Simulation, step: u64) -> Result<(), RecordError> {
+        let _ = (sim, step);
+        Ok(())
+    }
+
+    /// Called at every row of energies and probes; `step` is the number of substeps taken so far.
+    fn history(&mut self, sim: &mut Simulation, step: u64) -> Result<(), RecordError> {
+        let _ = (sim, step);
+        Ok(())
+    }
+
+    /// Called once at the end, also of a run that failed: `sim` is then where it was before the failed step.
+    fn finish(&mut self, sim: &mut Simulation) -> Result<(), RecordError> {
+        let _ = sim;
+        Ok(())
+    }
+
+    /// The files that are complete, for the user to open.
+    fn files(&self) -> Vec<PathBuf> {
+        Vec::new()
+    }
+}
+
+/// A recording that could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// A file cannot be created, written or renamed.
+    #[error("cannot write `{}`: {source}", path.display())]
+    Write {
+        /// The file, or the folder that should hold it.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A variable cannot be read.
+    #[error(transparent)]
+    Component(#[from] ComponentError),
+    /// The Rerun recording cannot be written.
+    #[cfg(feature = "rerun")]
+    #[error("cannot write `{}`: {source}", path.display())]
+    Rerun {
+        /// The recording.
+        path: PathBuf,
+        /// What Rerun says.
+        source: Box<::rerun::RecordingStreamError>,
+    },
+    /// The end of the Rerun recording did not reach the file.
+    #[cfg(feature = "rerun")]
+    #[error("cannot write `{}`: {source}", path.display())]
+    Flush {
+        /// The recording.
+        path: PathBuf,
+        /// What Rerun says.
+        source: Box<::rerun::sink::SinkFlushError>,
+    },
+}
+
+impl RecordError {
+    /// For `map_err` on file operations.
+    fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+        move |source| Self::Write { path: path.to_path_buf(), source }
+    }
+}

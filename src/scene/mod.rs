@@ -1,0 +1,455 @@
+//! 1 DESCRIBE: the user's words. Plain serde data in SI units, without numerics and without generics.
+//!
+//! One [`Scene`] is one TOML (or JSON) file. [`parse`] turns text into a `Scene` and reports every structural fault with its
+//! place; [`check`] reports what is well-formed but makes no sense. The doc comments of the fields below are also the
+//! descriptions in the JSON schema that `matpoint schema` prints.
+
+pub mod check;
+mod fault;
+mod formula;
+pub mod parse;
+mod shape;
+mod structure;
+
+pub use fault::{Fault, SceneError, nearest};
+pub use formula::Formula;
+pub use shape::{Face, FacePoint, Shape};
+
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A scene: what there is, what acts on it, how it is solved, what is recorded. SI units throughout.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// What the scene shows, in one line.
+    pub title: String,
+    /// Number of space dimensions: 1, 2 or 3.
+    pub dimension: usize,
+    /// What happens across the plane (dimension 2) or the axis (dimension 1); no meaning in dimension 3.
+    #[serde(default)]
+    pub plane: Plane,
+    /// The background grid.
+    pub grid: Grid,
+    /// Materials by name.
+    pub material: IndexMap<String, Material>,
+    /// Bodies by name.
+    pub body: IndexMap<String, Body>,
+    /// Where the velocity of the grid is fixed or prescribed, by name. A later boundary overrides an earlier one.
+    #[serde(default)]
+    pub boundary: IndexMap<String, Boundary>,
+    /// Loads by name.
+    #[serde(default)]
+    pub load: IndexMap<String, Load>,
+    /// Material points that are watched, by name.
+    #[serde(default)]
+    pub probe: IndexMap<String, Probe>,
+    /// How the scene is solved.
+    #[serde(default)]
+    pub method: Method,
+    /// How long, and in what steps.
+    pub time: Time,
+    /// How often `run` records.
+    #[serde(default)]
+    pub record: Record,
+    /// The known solution, for scenes that have one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exact: Option<Exact>,
+}
+
+/// What happens across the plane (dimension 2) or the axis (dimension 1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Plane {
+    /// No strain across.
+    #[default]
+    Strain,
+    /// No stress across: the thickness changes freely.
+    Stress,
+}
+
+/// The background grid: a box of equal cells. B-splines have open knots at its ends, so a wall is best put there.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Grid {
+    /// Lower corner \[m\].
+    pub origin: Vec<f64>,
+    /// Extent along each axis \[m\]: a whole number of cells.
+    pub size: Vec<f64>,
+    /// Cell size \[m\]: one number, or one an axis.
+    pub cell: OneOrEach<f64>,
+}
+
+/// One value for all axes, or one for each.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum OneOrEach<T> {
+    /// The same along every axis.
+    One(T),
+    /// One an axis.
+    Each(Vec<T>),
+}
+
+impl<T: Clone> OneOrEach<T> {
+    /// The value along `axis`; `None` where too few are given.
+    pub fn axis(&self, axis: usize) -> Option<T> {
+        match self {
+            Self::One(value) => Some(value.clone()),
+            Self::Each(values) => values.get(axis).cloned(),
+        }
+    }
+    /// Whether one is given for each of `dimension` axes.
+    pub fn fits(&self, dimension: usize) -> bool {
+        matches!(self, Self::One(_)) || matches!(self, Self::Each(values) if values.len() == dimension)
+    }
+}
+
+/// An isotropic elastic material.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    /// The law.
+    pub law: Law,
+    /// Young's modulus \[Pa\].
+    pub young: f64,
+    /// Poisson's ratio \[-\], above -1 and below 0.5.
+    #[serde(default)]
+    pub poisson: f64,
+    /// Density before deformation \[kg/m3\].
+    pub density: f64,
+}
+
+/// The laws of elasticity on offer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Law {
+    /// Small strain: the stress follows the sum of the strain increments, volume changes are ignored.
+    LinearElastic,
+    /// Jaumann rate of the Kirchhoff stress; in one dimension sigma' = (E - sigma) eps', the law of Tielen (2016).
+    HypoElastic,
+    /// Compressible neo-Hookean: tau = mu (b - I) + lambda ln J I.
+    NeoHookean,
+    /// Hencky: linear between the logarithmic strain and the Kirchhoff stress.
+    Hencky,
+}
+
+/// A deformable body, filled with particles.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// Name of its material.
+    pub material: String,
+    /// The region it fills at time 0.
+    pub shape: Shape,
+    /// Particles along each axis of a cell: one number, or one an axis.
+    #[serde(default = "two_particles")]
+    pub particles_per_cell: OneOrEach<usize>,
+    /// Where in a cell the particles sit.
+    #[serde(default)]
+    pub positions: Positions,
+    /// Seed of the jitter.
+    #[serde(default)]
+    pub seed: u64,
+    /// Initial velocity \[m/s\], one number or formula of x, y, z (position at time 0) an axis. Zero if left out.
+    #[serde(default)]
+    pub velocity: Vec<Expr>,
+}
+
+fn two_particles() -> OneOrEach<usize> {
+    OneOrEach::One(2)
+}
+
+/// Where in a cell the particles of a body sit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Positions {
+    /// Centres of equal parts of the cell.
+    #[default]
+    Uniform,
+    /// Gauss-Legendre points of the cell, each with its weight as volume.
+    Gauss,
+    /// Uniform, then moved at random by up to 40 % of the spacing; the same for the same seed.
+    Jittered,
+}
+
+/// A number, or a formula such as `"0.1*sin(PI*x/25)"`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Expr {
+    /// A constant.
+    Number(f64),
+    /// A formula in the variables that the field names; knows +, -, *, /, ^, sin, cos, exp, ln, sqrt, abs, PI, E and more.
+    Formula(String),
+}
+
+/// Where the velocity of the grid is fixed or prescribed. Give either `face` or `region`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Boundary {
+    /// A whole end of the grid: `"x-"`, `"x+"`, `"y-"`, `"y+"`, `"z-"` or `"z+"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub face: Option<String>,
+    /// A region: every node (for B-splines: every Greville point) in it is held.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub region: Option<Shape>,
+    /// Axes along which the velocity is zero.
+    #[serde(default)]
+    pub fixed: Vec<Axis>,
+    /// Prescribed velocity \[m/s\] along an axis: a number or a formula of t.
+    #[serde(default)]
+    pub velocity: IndexMap<Axis, Expr>,
+}
+
+/// A coordinate axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Axis {
+    /// First axis.
+    X,
+    /// Second axis.
+    Y,
+    /// Third axis.
+    Z,
+}
+
+/// A load. Exactly one kind a name.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Load {
+    /// Acceleration of everything \[m/s2\].
+    Gravity(Signal),
+    /// Specific body force (an acceleration) on a body or a part of it.
+    BodyForce(BodyForce),
+    /// Dead traction on a face of a body: force an undeformed area, direction fixed in space.
+    Traction(Traction),
+    /// Follower pressure on a face of a body: force a deformed area, against the deformed normal.
+    Pressure(Pressure),
+    /// Force on the particle nearest to a point.
+    PointForce(PointForce),
+}
+
+/// Specific body force (an acceleration) on a body or a part of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BodyForce {
+    /// Name of the body.
+    pub body: String,
+    /// Part of the body that is loaded, at time 0; all of it if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub region: Option<Shape>,
+    /// Acceleration \[m/s2\]; its formulas may use x, y, z (position at time 0) and t.
+    pub value: Signal,
+}
+
+/// Dead traction on a face of a body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Traction {
+    /// Name of the body.
+    pub body: String,
+    /// Name of the face: `x-` ... `z+` of a box, `outer` of a disk or sphere, `inner` or `outer` of a ring, `edge1` ... of a
+    /// polygon; in a union, difference or intersection with the number of the part before it, as in `2/x+`.
+    pub face: String,
+    /// Force an undeformed area \[Pa\].
+    pub value: Signal,
+}
+
+/// Follower pressure on a face of a body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pressure {
+    /// Name of the body.
+    pub body: String,
+    /// Name of the face, as for a traction.
+    pub face: String,
+    /// Pressure \[Pa\], one component, positive when it pushes on the body.
+    pub value: Signal,
+}
+
+/// Force on the particle nearest to a point.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PointForce {
+    /// Name of the body.
+    pub body: String,
+    /// The point at time 0 \[m\].
+    pub at: Vec<f64>,
+    /// Force \[N\] (per metre of thickness in dimension 2, per square metre of section in dimension 1).
+    pub value: Signal,
+}
+
+/// A value in time: constants and formulas of t, a table, or set from outside.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Signal {
+    /// One number or formula of t a component.
+    Components(Vec<Expr>),
+    /// Linear between the rows of a table, constant before and after it.
+    Table(Table),
+    /// The word `"external"`: set from outside while running, zero until set.
+    External(External),
+}
+
+/// The word `external`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum External {
+    /// Set from outside while running; zero until set.
+    External,
+}
+
+/// A table of values in time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Table {
+    /// Times \[s\], increasing.
+    pub time: Vec<f64>,
+    /// One row of components a time.
+    pub value: Vec<Vec<f64>>,
+}
+
+/// A material point that is watched.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Probe {
+    /// Name of the body; needed only where there are several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
+    /// The point at time 0 \[m\]. It moves with the body, at most one particle spacing outside it.
+    pub at: Vec<f64>,
+}
+
+/// How the scene is solved: a point in the table formulation x basis x transfer x integrator.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Method {
+    /// Family of shape functions.
+    pub basis: Basis,
+    /// Degree of the B-splines, 1 to 5; 1 is the same as the linear basis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub degree: Option<usize>,
+    /// When the stress is updated within a step.
+    pub integrator: Integrator,
+    /// How velocity travels between particles and grid.
+    pub transfer: Transfer,
+    /// Share of FLIP in a FLIP transfer, 0 to 1; the rest is PIC.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flip_share: Option<f64>,
+    /// A node lighter than this share of the lightest particle keeps its unaccelerated velocity for the velocity gradient.
+    pub mass_tolerance: f64,
+}
+
+impl Default for Method {
+    fn default() -> Self {
+        Self {
+            basis: Basis::Bspline,
+            degree: None,
+            integrator: Integrator::Usf,
+            transfer: Transfer::Flip,
+            flip_share: None,
+            mass_tolerance: 1e-9,
+        }
+    }
+}
+
+impl Method {
+    /// Degree of the shape functions: 1 for linear, that of the B-splines (2 unless given) else.
+    pub fn degree(&self) -> usize {
+        match self.basis {
+            Basis::Linear => 1,
+            Basis::Bspline => self.degree.unwrap_or(2),
+        }
+    }
+}
+
+/// Families of shape functions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Basis {
+    /// Piecewise linear (bilinear, trilinear).
+    Linear,
+    /// B-splines with open knots at the ends of the grid.
+    Bspline,
+}
+
+/// When the stress is updated within a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Integrator {
+    /// Update stress first: from the velocity projected at the new positions. Keeps the energy.
+    Usf,
+    /// Update stress last: from the updated nodal velocity. Cheapest; dissipates.
+    Usl,
+    /// Modified update stress last: from the velocity projected again at the old positions (Sulsky 1994, Tielen 2016).
+    Musl,
+}
+
+/// How velocity travels between particles and grid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Transfer {
+    /// Particles take the interpolated velocity: very dissipative.
+    Pic,
+    /// Particles take the interpolated increment; `flip_share` blends with PIC.
+    Flip,
+    /// Affine particle-in-cell: keeps linear and angular momentum, filters noise.
+    Apic,
+}
+
+/// How long, and in what steps. Give either `step` or `cfl`; with neither, `cfl` is 0.5.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Time {
+    /// End of a run \[s\].
+    pub end: f64,
+    /// Fixed step \[s\]; refused where it is above the stable one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<f64>,
+    /// Share of the stable step, above 0 and up to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cfl: Option<f64>,
+}
+
+/// How often `run` records, in simulated seconds.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Record {
+    /// Time between particle frames \[s\]; a hundredth of the run if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub every: Option<f64>,
+    /// Time between rows of energies and probes \[s\]; as `every` if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub history: Option<f64>,
+}
+
+/// The known solution of a scene. Its formulas may use x, y, z (position at time 0) and t.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Exact {
+    /// Displacement \[m\], one an axis.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub displacement: Vec<Expr>,
+    /// Velocity \[m/s\], one an axis.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub velocity: Vec<Expr>,
+    /// Cauchy stress \[Pa\] by component: `xx`, `yy`, `zz`, `yz`, `xz`, `xy`.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub stress: IndexMap<StressComponent, Expr>,
+    /// CSV file with the columns `time_s, X_m, displacement_m, velocity_m_s, stress_Pa` (dimension 1), beside the scene file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<String>,
+}
+
+/// A component of the stress tensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "the names say it")]
+pub enum StressComponent {
+    Xx,
+    Yy,
+    Zz,
+    Yz,
+    Xz,
+    Xy,
+}

@@ -1,0 +1,171 @@
+//! 3 EVOLVES: all that changes while a scene runs, complete and sufficient for a restart.
+
+use serde::{Deserialize, Serialize};
+
+/// A table of numbers with one row a particle, stored column by column (structure of arrays): a kernel loads the same component of
+/// neighbouring particles from neighbouring memory.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Table {
+    columns: Vec<Vec<f64>>,
+}
+
+impl Table {
+    pub(crate) fn new(width: usize, rows: usize) -> Self {
+        Self { columns: vec![vec![0.0; rows]; width] }
+    }
+    pub(crate) fn width(&self) -> usize {
+        self.columns.len()
+    }
+    pub(crate) fn column(&self, c: usize) -> &[f64] {
+        &self.columns[c]
+    }
+    pub(crate) fn column_mut(&mut self, c: usize) -> &mut [f64] {
+        &mut self.columns[c]
+    }
+    pub(crate) fn columns_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+        self.columns.iter_mut()
+    }
+    /// The first `N` numbers of a row; those beyond the width are 0.
+    pub(crate) fn row<const N: usize>(&self, p: usize) -> [f64; N] {
+        let mut row = [0.0; N];
+        for (value, column) in row.iter_mut().zip(&self.columns) {
+            *value = column[p];
+        }
+        row
+    }
+    pub(crate) fn set_row(&mut self, p: usize, row: &[f64]) {
+        for (column, value) in self.columns.iter_mut().zip(row) {
+            column[p] = *value;
+        }
+    }
+    fn is(&self, width: usize, rows: usize) -> bool {
+        self.columns.len() == width && self.columns.iter().all(|c| c.len() == rows)
+    }
+}
+
+/// The particles, in the order of the blocks of the grid they were last sorted into.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Particles {
+    /// Name of the particle: its place in the order the scene made them.
+    pub(crate) id: Vec<u32>,
+    /// Body, in the order of the scene.
+    pub(crate) body: Vec<u16>,
+    /// Mass \[kg\].
+    pub(crate) mass: Vec<f64>,
+    /// Volume at time 0 \[m3\].
+    pub(crate) volume: Vec<f64>,
+    /// Position \[m\], (n, D).
+    pub(crate) position: Table,
+    /// Velocity half a step before the time of the state \[m/s\], (n, D).
+    pub(crate) velocity: Table,
+    /// Deformation gradient \[-\], (n, D D), row by row.
+    pub(crate) deformation: Table,
+    /// Affine matrix of APIC \[1/s\], (n, D D), row by row; empty for other transfers.
+    pub(crate) affine: Table,
+    /// History of the material laws, (n, up to 7); empty for laws without.
+    pub(crate) history: Table,
+    /// Stretch across the plane or axis \[-\], (n, 1); empty unless stress-free there.
+    pub(crate) lateral: Table,
+}
+
+impl Particles {
+    pub(crate) fn len(&self) -> usize {
+        self.id.len()
+    }
+
+    fn tables(&self) -> [&Table; 6] {
+        [&self.position, &self.velocity, &self.deformation, &self.affine, &self.history, &self.lateral]
+    }
+
+    /// Tables, to be handled alike when particles are sorted.
+    pub(crate) fn tables_mut(&mut self) -> [&mut Table; 6] {
+        [&mut self.position, &mut self.velocity, &mut self.deformation, &mut self.affine, &mut self.history, &mut self.lateral]
+    }
+
+    /// Memory of one particle \[bytes\].
+    pub(crate) fn bytes_each(&self) -> usize {
+        4 + 2 + 8 * (2 + self.tables().iter().map(|t| t.width()).sum::<usize>())
+    }
+
+    /// Whether every array has the rows and columns of `other`.
+    fn fits(&self, other: &Self) -> bool {
+        let n = other.len();
+        self.id.len() == n
+            && [self.mass.len(), self.volume.len(), self.body.len()] == [n; 3]
+            && self.position.is(other.position.width(), n)
+            && self.velocity.is(other.velocity.width(), n)
+            && self.deformation.is(other.deformation.width(), n)
+            && self.affine.is(other.affine.width(), n)
+            && self.history.is(other.history.width(), n)
+            && self.lateral.is(other.lateral.width(), n)
+    }
+}
+
+/// The particles of one block of cells: a range of the particle arrays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Bin {
+    /// Block, in slots (see `basis::Stencil`).
+    pub(crate) block: [i32; 3],
+    /// First particle.
+    pub(crate) start: u32,
+    /// One past the last particle.
+    pub(crate) end: u32,
+}
+
+/// All that changes while a scene runs.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct State {
+    /// Time \[s\].
+    pub(crate) time: f64,
+    /// Steps taken.
+    pub(crate) steps: u64,
+    /// Length of the last step \[s\]; 0 at the start, so that the first step gives half a kick (leapfrog).
+    pub(crate) last_step: f64,
+    /// Smallest ratio of the wave speed at time 0 to wave plus particle speed now: how much of the stable step is left.
+    pub(crate) pace: f64,
+    /// The particles.
+    pub(crate) particles: Particles,
+    /// Blocks in the order of the particles.
+    pub(crate) bins: Vec<Bin>,
+    /// Work done on the body by loads and moving boundaries since time 0 \[J\].
+    pub(crate) external_work: f64,
+    /// Mean force of each boundary on the bodies over the last call of `step` \[N\].
+    pub(crate) reactions: Vec<[f64; 3]>,
+    /// Values of the loads that are set from outside, by load.
+    pub(crate) inputs: Vec<Vec<f64>>,
+}
+
+impl State {
+    /// Copies this state into `other`, whose memory is used again.
+    pub(crate) fn copy_to(&self, other: &mut Self) {
+        let Self { time, steps, last_step, pace, particles, bins, external_work, reactions, inputs } = self;
+        (other.time, other.steps, other.last_step, other.pace, other.external_work) = (*time, *steps, *last_step, *pace, *external_work);
+        other.bins.clone_from(bins);
+        other.reactions.clone_from(reactions);
+        other.inputs.clone_from(inputs);
+        let to = &mut other.particles;
+        to.id.clone_from(&particles.id);
+        to.body.clone_from(&particles.body);
+        to.mass.clone_from(&particles.mass);
+        to.volume.clone_from(&particles.volume);
+        for (to, from) in to.tables_mut().into_iter().zip(particles.tables()) {
+            to.columns.clone_from(&from.columns);
+        }
+    }
+
+    /// Whether this state can stand in for `other`: same arrays, same loads, sound indices.
+    pub(crate) fn fits(&self, other: &Self) -> bool {
+        let n = self.particles.len();
+        let mut seen = vec![false; n];
+        let ids_are_names = self.particles.id.iter().all(|&id| (id as usize) < n && !std::mem::replace(&mut seen[id as usize], true));
+        let mut next = 0;
+        let bins_are_ranges = self.bins.iter().all(|bin| bin.start <= bin.end && std::mem::replace(&mut next, bin.end) == bin.start);
+        self.particles.fits(&other.particles)
+            && ids_are_names
+            && bins_are_ranges
+            && (next as usize == n || self.bins.is_empty())
+            && self.reactions.len() == other.reactions.len()
+            && self.inputs.len() == other.inputs.len()
+            && self.inputs.iter().zip(&other.inputs).all(|(a, b)| a.len() == b.len())
+    }
+}

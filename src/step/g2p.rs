@@ -1,0 +1,73 @@
+//! Stage 5: velocity, position, deformation and stress of the particles.
+
+use super::{Stepper, with_tile, worth_sharing};
+use crate::component::StepError;
+use crate::model::{Model, Pace};
+use crate::scene::Integrator;
+use crate::state::State;
+use crate::transfer::{Fault, FaultKind, GatherTask, Rows};
+use rayon::prelude::*;
+
+/// What is updated, and by how long a step \[s\].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Update {
+    pub(super) kick: Option<f64>,
+    pub(super) drift: Option<f64>,
+    pub(super) strain: Option<f64>,
+}
+
+impl Stepper {
+    pub(super) fn grid_to_particles(&mut self, model: &Model, state: &mut State, update: &Update) -> Result<(), StepError> {
+        let shared = worth_sharing(state);
+        let with_force = update.kick.is_some() && model.needs.increment;
+        let (grid, kernels, bins) = (&self.grid, &self.kernels, &state.bins);
+        let task = GatherTask {
+            model,
+            affine: model.needs.affine,
+            flip_share: model.flip_share,
+            kick: update.kick,
+            drift: update.drift,
+            strain: update.strain,
+            gradient_is_new: model.integrator == Integrator::Usf,
+            gravity: self.gravity,
+            body_force: &self.body_force,
+            pace: matches!(model.pace, Pace::Cfl(_)),
+            rows: Rows::new(&mut state.particles),
+        };
+        let of = |b: usize| {
+            let bin = &bins[b];
+            with_tile(|tile| {
+                grid.load(b, bin, with_force, tile);
+                // SAFETY: bins own their rows; the tile covers the cells of the bin.
+                unsafe { kernels.gather(&task, bin.start as usize..bin.end as usize, tile) }
+            })
+        };
+        self.reports.clear();
+        if shared {
+            (0..bins.len()).into_par_iter().map(of).collect_into_vec(&mut self.reports);
+        } else {
+            self.reports.extend((0..bins.len()).map(of));
+        }
+        // in the order of the bins, so that sums do not depend on the threads
+        if update.strain.is_some() {
+            state.pace = self.reports.iter().map(|r| r.pace).fold(1.0, f64::min);
+        }
+        state.external_work += self.reports.iter().map(|r| r.work).sum::<f64>();
+        match self.reports.iter().find_map(|r| r.fault) {
+            None => Ok(()),
+            Some(fault) => Err(error(model, state, fault)),
+        }
+    }
+}
+
+fn error(model: &Model, state: &State, fault: Fault) -> StepError {
+    let particle = state.particles.id[fault.row] as usize;
+    let position = state.particles.position.row::<3>(fault.row)[..model.dimension].to_vec();
+    let time = state.time;
+    match fault.kind {
+        FaultKind::Inverted(det) => StepError::Inverted { time, particle, position, det },
+        FaultKind::NotFinite => StepError::NotFinite { time, particle, position },
+        FaultKind::Left(place) => StepError::LeftGrid { time, particle, position: place[..model.dimension].to_vec() },
+        FaultKind::NoThickness => StepError::NoThickness { time, particle, position },
+    }
+}

@@ -1,0 +1,209 @@
+//! The stable step, from the discrete operator of the scene itself: it knows the basis, the boundaries, the free surfaces and where the
+//! particles sit, which no formula in cell size and wave speed does.
+//!
+//! Linearised about rest, one step maps stresses: force f = -G^T tau, nodal acceleration a = f / m, projected acceleration
+//! b = m^-1 S^T m S a (what the particles hand back to the grid), stress rate tau' = D G u. Where the stress follows the projected
+//! velocity (MUSL, USF), u = b, and the leapfrog is stable for dt^2 lambda < 4 with lambda the largest eigenvalue. Where it follows
+//! the updated nodal velocity (USL), a mode of nodal eigenvalue lambda whose projection keeps a share phi obeys
+//! z^2 - (2 - dt^2 lambda) z + 1 - dt^2 lambda (1 - phi) = 0, which is stable for dt^2 lambda (2 - phi) < 4: there u = 2a - b.
+//! The largest eigenvalue comes from a few Lanczos steps in the metric of the strain energy, in which the operator is symmetric.
+
+use super::Stepper;
+use super::p2g::What;
+use crate::component::StepError;
+use crate::material::Material;
+use crate::model::{Model, Pace};
+use crate::scene::Integrator;
+use crate::state::{State, Table};
+use crate::transfer::{GatherTask, Rows};
+use nalgebra::DMatrix;
+
+/// Lanczos steps; the residual of the largest Ritz value is added to it, so fewer make the estimate smaller, not wrong.
+const STEPS: usize = 24;
+const STEPS_OF_LARGE_SCENES: usize = 10;
+const LARGE: usize = 200_000;
+
+/// Largest stable step at time 0 \[s\].
+pub(crate) fn stable_step(model: &Model, state: &State) -> Result<f64, StepError> {
+    let mut model = model.clone();
+    for body in &mut model.bodies {
+        body.material = Material::Linear(*body.material.lame());
+    }
+    model.needs.affine = false;
+    model.needs.body_force = false;
+    model.pace = Pace::Fixed(0.0);
+    let mut state = state.clone();
+    let n = state.particles.len();
+    state.particles.history = Table::new(6, n);
+    state.particles.affine = Table::default();
+    let mut stepper = Stepper::new(&model);
+    stepper.locate(&model, &mut state)?;
+
+    let mut operator = Operator { model: &model, stepper, state };
+    let mut q = operator.start();
+    let mut before = vec![Vec::new(); 6];
+    let (mut diagonal, mut off) = (Vec::new(), Vec::new());
+    let mut norm = operator.product(&q, &q).sqrt();
+    let steps = if n > LARGE { STEPS_OF_LARGE_SCENES } else { STEPS };
+    // a start vector without any strain: the body cannot deform, nothing limits the step but the cell
+    while diagonal.len() < steps && norm > 0.0 && norm.is_finite() {
+        q.iter_mut().flatten().for_each(|v| *v /= norm);
+        let mut w = operator.apply(&q);
+        let alpha = operator.product(&w, &q);
+        for c in 0..6 {
+            for p in 0..n {
+                w[c][p] -= alpha * q[c][p];
+                if !before[c].is_empty() {
+                    w[c][p] -= norm * before[c][p];
+                }
+            }
+        }
+        diagonal.push(alpha);
+        let beta = operator.product(&w, &w).sqrt();
+        off.push(beta);
+        before = std::mem::replace(&mut q, w);
+        // an invariant subspace: what is left is round-off
+        norm = if beta > 1e-10 * alpha.abs() { beta } else { 0.0 };
+    }
+    let lambda = largest_ritz_value(&diagonal, &off);
+    let cell_limit = model.cell() / wave_speed(&model);
+    Ok(if lambda > 0.0 { 2.0 / lambda.sqrt() } else { cell_limit })
+}
+
+/// Fastest wave at rest \[m/s\].
+fn wave_speed(model: &Model) -> f64 {
+    model.bodies.iter().map(|b| (b.material.lame().wave_modulus() / b.density).sqrt()).fold(0.0, f64::max)
+}
+
+/// Largest eigenvalue of the tridiagonal matrix plus the residual of its vector.
+fn largest_ritz_value(diagonal: &[f64], off: &[f64]) -> f64 {
+    let m = diagonal.len();
+    if m == 0 {
+        return 0.0;
+    }
+    let matrix = DMatrix::from_fn(m, m, |r, c| match r.abs_diff(c) {
+        0 => diagonal[r],
+        1 => off[r.min(c)],
+        _ => 0.0,
+    });
+    let eigen = matrix.symmetric_eigen();
+    let top = eigen.eigenvalues.imax();
+    eigen.eigenvalues[top] + (off[m - 1] * eigen.eigenvectors[(m - 1, top)]).abs()
+}
+
+struct Operator<'a> {
+    model: &'a Model,
+    stepper: Stepper,
+    state: State,
+}
+
+/// A stress a particle, by component `xx yy zz yz xz xy`, in the order of memory.
+type Field = Vec<Vec<f64>>;
+
+impl Operator<'_> {
+    /// The stress rate of a random velocity.
+    fn start(&mut self) -> Field {
+        let n = self.state.particles.len();
+        for axis in 0..self.model.dimension {
+            for p in 0..n {
+                let id = self.state.particles.id[p] as f64;
+                // any numbers without pattern; the id makes them independent of the order of memory
+                self.state.particles.velocity.column_mut(axis)[p] = (12.9898 * (id + 1.0) + 78.233 * axis as f64).sin();
+            }
+        }
+        self.stepper.project(self.model, &mut self.state, 0.0);
+        self.hold_still();
+        self.stress_rate()
+    }
+
+    /// -tau' of the map above.
+    fn apply(&mut self, stress: &Field) -> Field {
+        for (column, values) in self.state.particles.history.columns_mut().zip(stress) {
+            column.copy_from_slice(values);
+        }
+        for column in self.state.particles.velocity.columns_mut() {
+            column.fill(0.0);
+        }
+        self.stepper.surface.clear();
+        self.stepper.particles_to_grid(self.model, &mut self.state, What::MassMomentumForce);
+        for (momentum, force) in self.stepper.grid.momentum.iter_mut().zip(&mut self.stepper.grid.force) {
+            let inverse = if momentum[0] > 0.0 { 1.0 / momentum[0] } else { 0.0 };
+            *force = force.map(|f| f * inverse);
+        }
+        for c in &self.stepper.grid.constraints {
+            self.stepper.grid.force[c.node as usize][1 + c.axis as usize] = 0.0;
+        }
+        let nodal = self.stepper.grid.force.clone();
+        self.gather(Some(1.0), None);
+        self.stepper.project(self.model, &mut self.state, 0.0);
+        self.hold_still();
+        if self.model.integrator == Integrator::Usl {
+            for (velocity, a) in self.stepper.grid.momentum.iter_mut().zip(&nodal) {
+                for lane in 1..4 {
+                    if velocity[0] >= self.model.light {
+                        velocity[lane] = 2.0 * a[lane] - velocity[lane];
+                    }
+                }
+            }
+        }
+        let mut rate = self.stress_rate();
+        rate.iter_mut().flatten().for_each(|v| *v = -*v);
+        rate
+    }
+
+    /// Held nodes do not move in a perturbation, whatever their prescribed velocity.
+    fn hold_still(&mut self) {
+        for c in &self.stepper.grid.constraints {
+            self.stepper.grid.momentum[c.node as usize][1 + c.axis as usize] = 0.0;
+        }
+    }
+
+    /// D : sym(grad u) of the nodal velocity.
+    fn stress_rate(&mut self) -> Field {
+        let fastest = self.stepper.grid.momentum.iter().flat_map(|l| &l[1..]).fold(0.0f64, |m, v| m.max(v.abs()));
+        // so short a step that the deformation gradient, which the kernel updates too, does not feel it
+        let step = if fastest > 0.0 { 1e-10 * self.model.cell() / fastest } else { 1.0 };
+        for column in self.state.particles.history.columns_mut() {
+            column.fill(0.0);
+        }
+        self.gather(None, Some(step));
+        self.state.particles.history.columns_mut().map(|c| c.iter().map(|v| v / step).collect()).collect()
+    }
+
+    fn gather(&mut self, kick: Option<f64>, strain: Option<f64>) {
+        let task = GatherTask {
+            model: self.model,
+            rows: Rows::new(&mut self.state.particles),
+            affine: false,
+            flip_share: 1.0,
+            kick,
+            drift: None,
+            strain,
+            gradient_is_new: false,
+            gravity: [0.0; 3],
+            body_force: &[],
+            pace: false,
+        };
+        for (b, bin) in self.state.bins.iter().enumerate() {
+            super::with_tile(|tile| {
+                self.stepper.grid.load(b, bin, true, tile);
+                // SAFETY: bins own their rows; the tile covers the cells of the bin.
+                unsafe { self.stepper.kernels.gather(&task, bin.start as usize..bin.end as usize, tile) }
+            });
+        }
+    }
+
+    /// Inner product of the strain energy: sum of V0 s : D^-1 : t.
+    fn product(&self, s: &Field, t: &Field) -> f64 {
+        let particles = &self.state.particles;
+        (0..particles.len())
+            .map(|p| {
+                let lame = self.model.material(particles.body[p]).lame();
+                let trace = |f: &Field| f[0][p] + f[1][p] + f[2][p];
+                let dot: f64 = (0..6).map(|c| if c < 3 { s[c][p] * t[c][p] } else { 2.0 * s[c][p] * t[c][p] }).sum();
+                let share = lame.lambda / (3.0 * lame.lambda + 2.0 * lame.mu);
+                particles.volume[p] * (dot - share * trace(s) * trace(t)) / (2.0 * lame.mu)
+            })
+            .sum()
+    }
+}

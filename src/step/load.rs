@@ -1,0 +1,148 @@
+//! Stage 2: loads in the configuration and at the time of the state.
+
+use super::Stepper;
+use crate::material::embed;
+use crate::model::{Anchor, Load, Model, Target};
+use crate::state::State;
+use nalgebra::{Matrix3, Vector3};
+
+/// A force on a point that hangs on a particle.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PointLoad {
+    pub(super) anchor: Anchor,
+    /// Where it acts now \[m\].
+    pub(super) position: Vector3<f64>,
+    /// \[N\]
+    pub(super) force: Vector3<f64>,
+}
+
+impl Stepper {
+    pub(super) fn load(&mut self, model: &Model, state: &State) {
+        self.gravity = [0.0; 3];
+        self.surface.clear();
+        if model.needs.body_force {
+            self.body_force.resize(model.dimension, Vec::new());
+            for column in &mut self.body_force {
+                column.clear();
+                column.resize(state.particles.len(), 0.0);
+            }
+        }
+        for (load, input) in model.loads.iter().zip(&state.inputs) {
+            match &load.target {
+                Target::Gravity if !load.signal.varies_in_space() => {
+                    let value = load.signal.value([0.0; 3], state.time, input);
+                    for a in 0..3 {
+                        self.gravity[a] += value[a];
+                    }
+                }
+                Target::Gravity | Target::BodyForce(_) => self.body_force(model, state, load, input),
+                Target::Traction(points) => {
+                    let traction = Vector3::from(load.signal.value([0.0; 3], state.time, input));
+                    for point in points {
+                        self.hang(model, state, point.anchor, |_| traction * Vector3::from(point.area).norm());
+                    }
+                }
+                Target::Pressure(points) => {
+                    let pressure = load.signal.value([0.0; 3], state.time, input)[0];
+                    // Nanson: n da = J F^-T N dA; the cofactor of F is J F^-T
+                    for point in points {
+                        self.hang(model, state, point.anchor, |f| cofactor(f) * Vector3::from(point.area) * -pressure);
+                    }
+                }
+                Target::PointForce(anchor) => {
+                    let force = Vector3::from(load.signal.value([0.0; 3], state.time, input));
+                    self.hang(model, state, *anchor, |_| force);
+                }
+            }
+        }
+    }
+
+    /// Adds a body force that differs from particle to particle.
+    fn body_force(&mut self, model: &Model, state: &State, load: &Load, input: &[f64]) {
+        let members = match &load.target {
+            Target::BodyForce(members) => Some(members),
+            _ => None,
+        };
+        let uniform = (!load.signal.varies_in_space()).then(|| load.signal.value([0.0; 3], state.time, input));
+        for (place, id) in state.particles.id.iter().enumerate() {
+            if members.is_some_and(|m| m.binary_search(id).is_err()) {
+                continue;
+            }
+            let value = uniform.unwrap_or_else(|| load.signal.value(model.reference(*id), state.time, input));
+            for (column, v) in self.body_force.iter_mut().zip(value) {
+                column[place] += v;
+            }
+        }
+    }
+
+    /// Hangs a force on a point: `force` of the deformation gradient there.
+    fn hang(&mut self, model: &Model, state: &State, anchor: Anchor, force: impl FnOnce(&Matrix3<f64>) -> Vector3<f64>) {
+        let (position, f) = place_of(model, state, &self.lookup, &anchor);
+        self.surface.push(PointLoad { anchor, position, force: force(&f) });
+    }
+
+    /// Adds the forces of surface and point loads to the nodes. The sum of the forces and of their moments is exact.
+    pub(super) fn add_surface_forces(&mut self, model: &Model, state: &State) {
+        for load in &self.surface {
+            let host = self.lookup[load.anchor.particle as usize] as usize;
+            let x: [f64; 3] = state.particles.position.row(host);
+            let arm = load.position - Vector3::from(x);
+            self.kernels.point_weights(&model.axes, x, arm.into(), &mut self.weights);
+            for (node, weight) in &self.weights {
+                let Some(node) = self.grid.node(*node) else { continue };
+                for a in 0..model.dimension {
+                    self.grid.force[node][1 + a] += weight * load.force[a];
+                }
+            }
+        }
+    }
+
+    /// Adds the work that boundaries and surface loads did over the step.
+    pub(super) fn close_work(&mut self, model: &Model, state: &mut State) {
+        if !model.needs.work {
+            return;
+        }
+        state.external_work += std::mem::take(&mut self.boundary_work);
+        for load in &self.surface {
+            let (now, _) = place_of(model, state, &self.lookup, &load.anchor);
+            state.external_work += load.force.dot(&(now - load.position));
+        }
+    }
+}
+
+/// Position of an anchored point, and the deformation gradient of its particle.
+pub(crate) fn place_of(model: &Model, state: &State, lookup: &[u32], anchor: &Anchor) -> (Vector3<f64>, Matrix3<f64>) {
+    let host = lookup[anchor.particle as usize] as usize;
+    let f = deformation(model.dimension, state, host);
+    let position = Vector3::from(state.particles.position.row::<3>(host)) + f * Vector3::from(anchor.offset);
+    (position, f)
+}
+
+/// Deformation gradient in 3x3 of the particle at a place in memory.
+pub(crate) fn deformation(dimension: usize, state: &State, row: usize) -> Matrix3<f64> {
+    let lateral = if state.particles.lateral.width() > 0 { state.particles.lateral.column(0)[row] } else { 1.0 };
+    let f: [f64; 9] = state.particles.deformation.row(row);
+    match dimension {
+        1 => embed(&[[f[0]]], lateral),
+        2 => embed(&[[f[0], f[1]], [f[2], f[3]]], lateral),
+        _ => embed(&[[f[0], f[1], f[2]], [f[3], f[4], f[5]], [f[6], f[7], f[8]]], lateral),
+    }
+}
+
+/// J F^-T.
+fn cofactor(f: &Matrix3<f64>) -> Matrix3<f64> {
+    let column = |c: usize| f.column((c + 1) % 3).cross(&f.column((c + 2) % 3));
+    Matrix3::from_columns(&[column(0), column(1), column(2)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cofactor_is_j_times_inverse_transpose() {
+        let f = Matrix3::new(1.2, 0.3, -0.1, 0.05, 0.9, 0.2, 0.1, -0.15, 1.1);
+        let exact = f.try_inverse().unwrap().transpose() * f.determinant();
+        assert!((cofactor(&f) - exact).norm() < 1e-15);
+    }
+}

@@ -1,0 +1,139 @@
+//! What is measured at the time of the state, only when somebody asks: energies, momenta, and velocities brought from the half step to
+//! the time of the state by the acceleration there.
+
+use super::load::{deformation, place_of};
+use super::{Stepper, p2g};
+use crate::component::StepError;
+use crate::model::Model;
+use crate::state::{State, Table};
+use crate::transfer::{GatherTask, Rows};
+use nalgebra::Vector3;
+
+/// Measures of a state.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Measures {
+    /// Velocity at the time of the state by place in memory \[m/s\].
+    pub(crate) velocity: Table,
+    /// Kinetic energy of the particles \[J\] (Andersen 2007, eq. 26).
+    pub(crate) kinetic: f64,
+    /// Stored energy of the particles \[J\].
+    pub(crate) strain: f64,
+    /// Kinetic energy of the nodes \[J\] (Andersen 2007, eq. 28).
+    pub(crate) nodal_kinetic: f64,
+    /// Momentum \[kg m/s\].
+    pub(crate) linear: [f64; 3],
+    /// Moment of momentum about the origin \[kg m2/s\], with the affine part of APIC.
+    pub(crate) angular: [f64; 3],
+    /// Velocity of each probe \[m/s\].
+    pub(crate) probes: Vec<[f64; 3]>,
+}
+
+impl Stepper {
+    /// Measures the state, which stays as it is but for the order of its particles (which the next step would have set).
+    pub(crate) fn measure(&mut self, model: &Model, state: &mut State) -> Result<Measures, StepError> {
+        let dimension = model.dimension;
+        let kick = 0.5 * state.last_step;
+        self.locate(model, state)?;
+        self.load(model, state);
+        self.particles_to_grid(model, state, p2g::What::MassMomentumForce);
+        let mut measures = Measures { velocity: state.particles.velocity.clone(), ..Measures::default() };
+        measures.angular = self.angular_momentum(model, kick);
+        let (impulse, work) = (self.impulse.clone(), self.boundary_work);
+        self.impulse.resize(model.boundaries.len(), [0.0; 3]);
+        self.balance(model, state.time, kick, 0.0);
+        (self.impulse, self.boundary_work) = (impulse, work);
+        for lanes in &self.grid.momentum {
+            measures.nodal_kinetic += 0.5 * lanes[0] * lanes[1..].iter().map(|v| v * v).sum::<f64>();
+        }
+        self.kick_velocity(model, state, kick, &mut measures.velocity);
+        let particles = &state.particles;
+        for p in 0..particles.len() {
+            let v: [f64; 3] = measures.velocity.row(p);
+            let mass = particles.mass[p];
+            measures.kinetic += 0.5 * mass * v.iter().map(|v| v * v).sum::<f64>();
+            for a in 0..dimension {
+                measures.linear[a] += mass * v[a];
+            }
+            let f = deformation(dimension, state, p);
+            measures.strain += particles.volume[p] * model.material(particles.body[p]).energy(&f, &particles.history.row(p));
+        }
+        self.probe_velocities(model, state, &mut measures);
+        Ok(measures)
+    }
+
+    /// Sum of x_i x p_i over the nodes: for linearly complete functions the moment of momentum of the particles.
+    fn angular_momentum(&self, model: &Model, kick: f64) -> [f64; 3] {
+        let dimension = model.dimension;
+        let mut sum = Vector3::zeros();
+        self.grid.for_nodes(|index, node| {
+            let (momentum, force) = (&self.grid.momentum[index], &self.grid.force[index]);
+            if momentum[0] <= 0.0 {
+                return;
+            }
+            let (mut x, mut p) = (Vector3::zeros(), Vector3::zeros());
+            for a in 0..dimension {
+                x[a] = model.axes[a].node_position(node[3 - dimension + a]);
+                p[a] = momentum[1 + a] + kick * (force[1 + a] + momentum[0] * self.gravity[a]);
+            }
+            sum += x.cross(&p);
+        });
+        sum.into()
+    }
+
+    /// Adds the acceleration of the grid times `kick` to `velocity`.
+    fn kick_velocity(&mut self, model: &Model, state: &mut State, kick: f64, velocity: &mut Table) {
+        let task = GatherTask {
+            model,
+            rows: Rows::new(&mut state.particles).with_velocity(velocity),
+            affine: false,
+            flip_share: 1.0,
+            kick: Some(kick),
+            drift: None,
+            strain: None,
+            gradient_is_new: false,
+            gravity: [0.0; 3],
+            body_force: &[],
+            pace: false,
+        };
+        for (b, bin) in state.bins.iter().enumerate() {
+            super::with_tile(|tile| {
+                self.grid.load(b, bin, true, tile);
+                // SAFETY: bins own their rows; the tile covers the cells of the bin.
+                unsafe { self.kernels.gather(&task, bin.start as usize..bin.end as usize, tile) }
+            });
+        }
+    }
+
+    /// A probe moves like the Taylor expansion of the grid velocity around its particle.
+    fn probe_velocities(&mut self, model: &Model, state: &State, measures: &mut Measures) {
+        if model.probes.is_empty() {
+            return;
+        }
+        let lookup = lookup(state);
+        for probe in &model.probes {
+            let host = lookup[probe.anchor.particle as usize] as usize;
+            let x: [f64; 3] = state.particles.position.row(host);
+            let (position, _) = place_of(model, state, &lookup, &probe.anchor);
+            let mut velocity: [f64; 3] = measures.velocity.row(host);
+            for (arm, sign) in [(position - Vector3::from(x), 1.0), (Vector3::zeros(), -1.0)] {
+                self.kernels.point_weights(&model.axes, x, arm.into(), &mut self.weights);
+                for (node, weight) in &self.weights {
+                    let Some(node) = self.grid.node(*node) else { continue };
+                    for a in 0..model.dimension {
+                        velocity[a] += sign * weight * self.grid.momentum[node][1 + a];
+                    }
+                }
+            }
+            measures.probes.push(velocity);
+        }
+    }
+}
+
+/// Place in memory by particle id.
+pub(crate) fn lookup(state: &State) -> Vec<u32> {
+    let mut places = vec![0; state.particles.len()];
+    for (place, &id) in state.particles.id.iter().enumerate() {
+        places[id as usize] = place as u32;
+    }
+    places
+}

@@ -1,0 +1,134 @@
+//! 5 ONE STEP of the explicit updated-Lagrangian method, one file a stage, in running order:
+//!
+//! 1. [`locate`]: which cells are the particles in; sort them and activate blocks where that has changed much
+//! 2. [`load`]: body forces, surface loads, in the configuration and at the time of the state
+//! 3. [`p2g`]: mass, momentum and forces from the particles to the grid
+//! 4. [`balance`]: velocity and acceleration of the nodes, boundaries
+//! 5. [`g2p`]: velocity, position, deformation and stress of the particles
+//!
+//! The step is a leapfrog: positions and stresses live at the time of the state, velocities half a step before it. The kick is half the
+//! last step and half the coming one, so the first one is half a kick and free fall is exact.
+
+mod balance;
+mod g2p;
+pub(crate) mod limit;
+pub(crate) mod load;
+mod locate;
+pub(crate) mod measure;
+mod p2g;
+
+use crate::component::StepError;
+use crate::grid::{Grid, Tile};
+use crate::model::Model;
+use crate::scene::Integrator;
+use crate::state::State;
+use crate::transfer::{GatherReport, Kernels};
+use rayon::prelude::*;
+use std::cell::RefCell;
+
+/// Kernels and scratch memory of a running scene: nothing in it is needed for a restart.
+pub(crate) struct Stepper {
+    kernels: Kernels,
+    pub(crate) grid: Grid,
+    /// Body force of each particle \[m/s2\] by axis; empty where all have the same.
+    body_force: Vec<Vec<f64>>,
+    /// Acceleration of everything \[m/s2\].
+    gravity: [f64; 3],
+    /// Surface and point loads of this step.
+    surface: Vec<load::PointLoad>,
+    /// Place in memory by particle id; kept only where loads hang on particles.
+    lookup: Vec<u32>,
+    /// Impulse of each boundary on the bodies since the last call of `begin` \[N s\].
+    impulse: Vec<[f64; 3]>,
+    /// Work of moving boundaries over this step \[J\].
+    boundary_work: f64,
+    reports: Vec<GatherReport>,
+    extents: Vec<locate::Extent>,
+    weights: Vec<([i32; 3], f64)>,
+}
+
+impl Stepper {
+    pub(crate) fn new(model: &Model) -> Self {
+        let degree = model.axes.first().map_or(1, |axis| axis.degree());
+        Self {
+            kernels: Kernels::new(model.dimension, degree),
+            grid: Grid::new(model),
+            body_force: Vec::new(),
+            gravity: [0.0; 3],
+            surface: Vec::new(),
+            lookup: Vec::new(),
+            impulse: Vec::new(),
+            boundary_work: 0.0,
+            reports: Vec::new(),
+            extents: Vec::new(),
+            weights: Vec::new(),
+        }
+    }
+
+    /// Forgets what belongs to another state.
+    pub(crate) fn forget(&mut self, model: &Model) {
+        *self = Self::new(model);
+    }
+
+    /// Starts to add up boundary reactions.
+    pub(crate) fn begin(&mut self, model: &Model) {
+        self.impulse.clear();
+        self.impulse.resize(model.boundaries.len(), [0.0; 3]);
+    }
+
+    /// Impulse of each boundary on the bodies since [`Stepper::begin`] \[N s\].
+    pub(crate) fn impulse(&self) -> &[[f64; 3]] {
+        &self.impulse
+    }
+
+    /// One step of length `dt` \[s\]. On an error the state is spoilt; the caller holds a copy.
+    pub(crate) fn advance(&mut self, model: &Model, state: &mut State, dt: f64) -> Result<(), StepError> {
+        use g2p::Update;
+        let kick = 0.5 * (state.last_step + dt);
+        self.locate(model, state)?;
+        self.load(model, state);
+        self.particles_to_grid(model, state, p2g::What::MassMomentumForce);
+        self.balance(model, state.time, kick, dt);
+        match model.integrator {
+            Integrator::Usl => self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: Some(dt), strain: Some(dt) })?,
+            Integrator::Musl => {
+                self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: None, strain: None })?;
+                self.project(model, state, state.time + 0.5 * dt);
+                self.grid_to_particles(model, state, &Update { kick: None, drift: Some(dt), strain: Some(dt) })?;
+            }
+            Integrator::Usf => {
+                self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: Some(dt), strain: None })?;
+                self.locate(model, state)?;
+                self.project(model, state, state.time + 0.5 * dt);
+                self.grid_to_particles(model, state, &Update { kick: None, drift: None, strain: Some(dt) })?;
+            }
+        }
+        self.close_work(model, state);
+        state.last_step = dt;
+        state.time += dt;
+        state.steps += 1;
+        Ok(())
+    }
+}
+
+/// Particles below which a loop is not worth sharing between threads.
+const WORTH_SHARING: usize = 4096;
+
+fn worth_sharing(state: &State) -> bool {
+    state.particles.len() >= WORTH_SHARING && rayon::current_num_threads() > 1
+}
+
+/// Calls `f` with a tile of this thread.
+fn with_tile<R>(f: impl FnOnce(&mut Tile) -> R) -> R {
+    thread_local!(static TILE: RefCell<Tile> = RefCell::default());
+    TILE.with_borrow_mut(f)
+}
+
+/// Calls `f` for each of `bins`, side by side where that is worth it.
+fn for_each(shared: bool, bins: &[u32], f: impl Fn(usize) + Sync + Send) {
+    if shared {
+        bins.par_iter().for_each(|&b| f(b as usize));
+    } else {
+        bins.iter().for_each(|&b| f(b as usize));
+    }
+}

@@ -1,0 +1,148 @@
+//! Transfers between particles and grid, written once for all tensor-product bases and all dimensions.
+//!
+//! `scatter` is particles to grid (P2G), `gather` is grid to particles (G2P) with the update of the particles. Both work on the
+//! particles of one bin in one dense [`Tile`]. Dimension and width of the stencil are constants of the compiled kernel; which kernel
+//! runs is chosen once, in [`Kernels::new`], from the scene and from the CPU.
+//!
+//! Sums over the stencil are carried out axis by axis: what is common to a row of nodes is computed once a row.
+
+mod gather;
+mod rows;
+mod scatter;
+
+pub(crate) use gather::{Fault, FaultKind, GatherReport, GatherTask};
+pub(crate) use rows::Rows;
+pub(crate) use scatter::ScatterTask;
+
+use crate::basis::{Spline, Stencil};
+use crate::grid::{Lanes, Tile};
+use std::ops::Range;
+
+/// The kernels of a scene.
+#[derive(Clone, Copy)]
+pub(crate) struct Kernels {
+    scatter: unsafe fn(&ScatterTask, Range<usize>, &mut Tile),
+    gather: unsafe fn(&GatherTask, Range<usize>, &Tile) -> GatherReport,
+    point: fn(&[Spline], [f64; 3], [f64; 3], &mut Vec<([i32; 3], f64)>),
+}
+
+impl Kernels {
+    /// Kernels for a dimension and degree, with the widest instructions that this CPU has.
+    pub(crate) fn new(dimension: usize, degree: usize) -> Self {
+        match (dimension, degree) {
+            (1, 1) => Self::of::<1, 2>(),
+            (1, 2) => Self::of::<1, 3>(),
+            (1, 3) => Self::of::<1, 4>(),
+            (1, 4) => Self::of::<1, 5>(),
+            (1, _) => Self::of::<1, 6>(),
+            (2, 1) => Self::of::<2, 2>(),
+            (2, 2) => Self::of::<2, 3>(),
+            (2, 3) => Self::of::<2, 4>(),
+            (2, 4) => Self::of::<2, 5>(),
+            (2, _) => Self::of::<2, 6>(),
+            (_, 1) => Self::of::<3, 2>(),
+            (_, 2) => Self::of::<3, 3>(),
+            (_, 3) => Self::of::<3, 4>(),
+            (_, 4) => Self::of::<3, 5>(),
+            (_, _) => Self::of::<3, 6>(),
+        }
+    }
+
+    fn of<const D: usize, const W: usize>() -> Self {
+        let point = point_weights::<D, W>;
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
+            return Self { scatter: x86::scatter::<D, W>, gather: x86::gather::<D, W>, point };
+        }
+        Self { scatter: scatter::scatter::<D, W, PORTABLE_FMA>, gather: gather::gather::<D, W, PORTABLE_FMA>, point }
+    }
+
+    /// Adds mass, momentum and forces of the particles in `range` to the tile.
+    ///
+    /// # Safety
+    /// The rows of `range` are this caller's alone, and the tile covers their stencils.
+    pub(crate) unsafe fn scatter(&self, task: &ScatterTask, range: Range<usize>, tile: &mut Tile) {
+        // SAFETY: the caller's promise; the kernel was chosen for this CPU.
+        unsafe { (self.scatter)(task, range, tile) }
+    }
+
+    /// Updates the particles in `range` from the tile.
+    ///
+    /// # Safety
+    /// As for `scatter`.
+    pub(crate) unsafe fn gather(&self, task: &GatherTask, range: Range<usize>, tile: &Tile) -> GatherReport {
+        // SAFETY: the caller's promise; the kernel was chosen for this CPU.
+        unsafe { (self.gather)(task, range, tile) }
+    }
+
+    /// Nodes and weights through which a force at `position + arm` acts that hangs on a particle at `position`.
+    pub(crate) fn point_weights(&self, axes: &[Spline], position: [f64; 3], arm: [f64; 3], weights: &mut Vec<([i32; 3], f64)>) {
+        (self.point)(axes, position, arm, weights);
+    }
+}
+
+/// Whether code for the plain target of this build has a fused multiply-add.
+const PORTABLE_FMA: bool = cfg!(any(target_arch = "aarch64", target_feature = "fma"));
+
+#[cfg(target_arch = "x86_64")]
+mod x86 {
+    //! The same kernels, compiled for CPUs with AVX2 and FMA (all x86-64 since 2013-2015).
+    use super::*;
+
+    /// # Safety
+    /// As [`Kernels::scatter`]; the CPU has AVX2 and FMA.
+    #[target_feature(enable = "avx2,fma")]
+    pub(super) unsafe fn scatter<const D: usize, const W: usize>(task: &ScatterTask, range: Range<usize>, tile: &mut Tile) {
+        // SAFETY: the caller's promise.
+        unsafe { scatter::scatter::<D, W, true>(task, range, tile) }
+    }
+
+    /// # Safety
+    /// As [`Kernels::gather`]; the CPU has AVX2 and FMA.
+    #[target_feature(enable = "avx2,fma")]
+    pub(super) unsafe fn gather<const D: usize, const W: usize>(task: &GatherTask, range: Range<usize>, tile: &Tile) -> GatherReport {
+        // SAFETY: the caller's promise.
+        unsafe { gather::gather::<D, W, true>(task, range, tile) }
+    }
+}
+
+/// `a * x + y`, lane by lane, in one rounding where the CPU can.
+#[inline(always)]
+fn fma<const FMA: bool>(a: f64, x: Lanes, y: Lanes) -> Lanes {
+    std::array::from_fn(|l| if FMA { a.mul_add(x[l], y[l]) } else { a * x[l] + y[l] })
+}
+
+#[inline(always)]
+fn scale(a: f64, x: Lanes) -> Lanes {
+    x.map(|v| a * v)
+}
+
+/// Nodes along a slot: `W`, or one in a slot that is not used.
+#[inline(always)]
+const fn nodes<const D: usize, const W: usize>(slot: usize) -> usize {
+    if slot >= 3 - D { W } else { 1 }
+}
+
+/// First-order Taylor expansion of the shape functions around the particle: N_i(x_p) + grad N_i(x_p) . arm. The weights sum to 1 and
+/// their first moment is that of the point, so force and moment of a surface load are exact, and only nodes with mass are loaded.
+fn point_weights<const D: usize, const W: usize>(axes: &[Spline], position: [f64; 3], arm: [f64; 3], weights: &mut Vec<([i32; 3], f64)>) {
+    let mut place = [0.0; D];
+    place.copy_from_slice(&position[..D]);
+    let s = Stencil::<W>::at::<D, false>(axes, place);
+    weights.clear();
+    for i in 0..nodes::<D, W>(0) {
+        for j in 0..nodes::<D, W>(1) {
+            for k in 0..nodes::<D, W>(2) {
+                let at = [i, j, k];
+                let n: [f64; 3] = std::array::from_fn(|slot| s.weight[slot][at[slot]]);
+                let mut weight = n[0] * n[1] * n[2];
+                for axis in 0..D {
+                    let slot = 3 - D + axis;
+                    let others: f64 = (0..3).filter(|&o| o != slot).map(|o| n[o]).product();
+                    weight += s.slope[slot][at[slot]] * others * arm[axis];
+                }
+                weights.push((std::array::from_fn(|slot| s.first[slot] + at[slot] as i32), weight));
+            }
+        }
+    }
+}

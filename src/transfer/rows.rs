@@ -1,0 +1,150 @@
+//! Particle arrays as the kernels see them: bins own disjoint ranges of rows, so they may be worked on side by side.
+
+use crate::material::{History, MAX_HISTORY};
+use crate::state::{Particles, Table};
+use std::marker::PhantomData;
+
+/// Pointers to the columns of a table.
+#[derive(Clone, Copy)]
+pub(crate) struct Columns<const N: usize>([*mut f64; N]);
+
+impl<const N: usize> Columns<N> {
+    fn new(table: &mut Table) -> Self {
+        let mut columns = [std::ptr::null_mut(); N];
+        for (pointer, column) in columns.iter_mut().zip(table.columns_mut()) {
+            *pointer = column.as_mut_ptr();
+        }
+        Self(columns)
+    }
+}
+
+/// Write access to the particles from several threads.
+///
+/// # Safety contract
+/// Each row is used by one thread at a time: kernels take the rows of their own bin only. Rows are below the number of particles and
+/// component numbers below the width of their table; the kernels take both from the bins and from the dimension.
+#[derive(Clone, Copy)]
+pub(crate) struct Rows<'a> {
+    pub(crate) position: Columns<3>,
+    pub(crate) velocity: Columns<3>,
+    pub(crate) deformation: Columns<9>,
+    pub(crate) affine: Columns<9>,
+    history: Columns<MAX_HISTORY>,
+    history_width: usize,
+    lateral: *mut f64,
+    pub(crate) mass: &'a [f64],
+    pub(crate) volume: &'a [f64],
+    pub(crate) body: &'a [u16],
+    owner: PhantomData<&'a mut Particles>,
+}
+
+// SAFETY: see the contract above; the pointers come from one `&mut Particles` that outlives the rows.
+unsafe impl Send for Rows<'_> {}
+// SAFETY: as above.
+unsafe impl Sync for Rows<'_> {}
+
+impl<'a> Rows<'a> {
+    pub(crate) fn new(particles: &'a mut Particles) -> Self {
+        let lateral = particles.lateral.columns_mut().next().map_or(std::ptr::null_mut(), |c| c.as_mut_ptr());
+        Self {
+            position: Columns::new(&mut particles.position),
+            velocity: Columns::new(&mut particles.velocity),
+            deformation: Columns::new(&mut particles.deformation),
+            affine: Columns::new(&mut particles.affine),
+            history: Columns::new(&mut particles.history),
+            history_width: particles.history.width(),
+            lateral,
+            mass: &particles.mass,
+            volume: &particles.volume,
+            body: &particles.body,
+            owner: PhantomData,
+        }
+    }
+
+    /// The same rows with the velocities of another table.
+    pub(crate) fn with_velocity(self, velocity: &'a mut Table) -> Self {
+        Self { velocity: Columns::new(velocity), ..self }
+    }
+
+    /// The first `D` numbers of row `p`.
+    ///
+    /// # Safety
+    /// As the contract of [`Rows`] says.
+    #[inline(always)]
+    pub(crate) unsafe fn vector<const D: usize, const N: usize>(&self, columns: &Columns<N>, p: usize) -> [f64; D] {
+        // SAFETY: the caller keeps the contract.
+        std::array::from_fn(|a| unsafe { *columns.0[a].add(p) })
+    }
+
+    /// # Safety
+    /// As the contract of [`Rows`] says.
+    #[inline(always)]
+    pub(crate) unsafe fn set_vector<const D: usize, const N: usize>(&self, columns: &Columns<N>, p: usize, value: [f64; D]) {
+        for a in 0..D {
+            // SAFETY: the caller keeps the contract.
+            unsafe { *columns.0[a].add(p) = value[a] }
+        }
+    }
+
+    /// Row `p` as a D x D tensor.
+    ///
+    /// # Safety
+    /// As the contract of [`Rows`] says.
+    #[inline(always)]
+    pub(crate) unsafe fn tensor<const D: usize>(&self, columns: &Columns<9>, p: usize) -> [[f64; D]; D] {
+        // SAFETY: the caller keeps the contract.
+        std::array::from_fn(|r| std::array::from_fn(|c| unsafe { *columns.0[r * D + c].add(p) }))
+    }
+
+    /// # Safety
+    /// As the contract of [`Rows`] says.
+    #[inline(always)]
+    pub(crate) unsafe fn set_tensor<const D: usize>(&self, columns: &Columns<9>, p: usize, value: [[f64; D]; D]) {
+        for r in 0..D {
+            for c in 0..D {
+                // SAFETY: the caller keeps the contract.
+                unsafe { *columns.0[r * D + c].add(p) = value[r][c] }
+            }
+        }
+    }
+
+    /// # Safety
+    /// As the contract of [`Rows`] says.
+    #[inline(always)]
+    pub(crate) unsafe fn history(&self, p: usize) -> History {
+        let mut history = History::default();
+        for h in 0..self.history_width {
+            // SAFETY: the caller keeps the contract.
+            history[h] = unsafe { *self.history.0[h].add(p) };
+        }
+        history
+    }
+
+    /// # Safety
+    /// As the contract of [`Rows`] says.
+    #[inline(always)]
+    pub(crate) unsafe fn set_history(&self, p: usize, history: &History) {
+        for h in 0..self.history_width {
+            // SAFETY: the caller keeps the contract.
+            unsafe { *self.history.0[h].add(p) = history[h] }
+        }
+    }
+
+    /// Stretch across the plane; 1 where it is not kept.
+    ///
+    /// # Safety
+    /// As the contract of [`Rows`] says.
+    #[inline(always)]
+    pub(crate) unsafe fn lateral(&self, p: usize) -> f64 {
+        // SAFETY: the caller keeps the contract.
+        if self.lateral.is_null() { 1.0 } else { unsafe { *self.lateral.add(p) } }
+    }
+
+    /// # Safety
+    /// As the contract of [`Rows`] says; there must be a lateral stretch.
+    #[inline(always)]
+    pub(crate) unsafe fn set_lateral(&self, p: usize, value: f64) {
+        // SAFETY: the caller keeps the contract.
+        unsafe { *self.lateral.add(p) = value }
+    }
+}

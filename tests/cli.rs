@@ -1,0 +1,198 @@
+//! The command line: what it prints, what it writes, how it ends.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+fn matpoint(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_matpoint")).args(args).output().unwrap()
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+/// Runs it, expects it to end well, gives what it printed.
+fn good(args: &[&str]) -> String {
+    let output = matpoint(args);
+    assert_eq!(output.status.code(), Some(0), "{args:?}: {}", stderr(&output));
+    assert_eq!(stderr(&output), "", "{args:?}");
+    stdout(&output)
+}
+
+/// Runs it, expects it to end with `code`, gives what it complained about.
+fn bad(code: i32, args: &[&str]) -> String {
+    let output = matpoint(args);
+    assert_eq!(output.status.code(), Some(code), "{args:?}: {}{}", stdout(&output), stderr(&output));
+    assert!(!stderr(&output).contains("panicked"), "{}", stderr(&output));
+    stderr(&output)
+}
+
+fn scene(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("launch_scripts/scenes").join(name);
+    path.to_str().unwrap().to_owned()
+}
+
+fn scenes() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("launch_scripts/scenes");
+    let mut all: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    all.retain(|path| path.extension().is_some_and(|ending| ending == "toml"));
+    all.sort();
+    assert!(all.len() >= 5);
+    all
+}
+
+/// A block that flies out of its grid.
+const LOST: &str = r#"
+title = "fails: flies away"
+dimension = 2
+grid = { origin = [0, 0], size = [4, 2], cell = 0.25 }
+material.soft = { law = "neo_hookean", young = 1e4, density = 1000 }
+body.block = { material = "soft", shape = { box = { min = [0.25, 0.5], max = [1, 1.5] } }, velocity = [10, 0] }
+time = { end = 1 }
+record = { every = 0.05 }
+"#;
+
+#[test]
+fn every_command_helps_with_examples() {
+    for args in [&["--help"][..], &["run", "--help"], &["check", "--help"], &["describe", "--help"], &["schema", "--help"]] {
+        let help = good(args);
+        assert!(help.contains("Examples:\n  matpoint "), "{args:?}: {help}");
+    }
+    assert!(good(&["--version"]).starts_with("matpoint "));
+    assert!(bad(2, &[]).contains("Usage:"));
+}
+
+#[test]
+fn run_records_and_sums_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (csv, svg) = (file("tables"), file("last.svg"));
+    let text = good(&["run", &scene("cantilever.toml"), "--until", "0.1", "--csv", &csv, "--picture", &svg]);
+    assert!(text.starts_with("Rubber cantilever under a tip load\n"), "{text}");
+    for line in ["time ", "particles ", "steps ", "wall time ", "energy ", "energy drift ", "momentum ", "wrote "] {
+        assert!(text.lines().any(|found| found.trim_start().starts_with(line)), "no {line} in {text}");
+    }
+    assert!(text.contains("0.1 s") && text.contains("1 152") && text.contains("particle-steps/s"), "{text}");
+    let history = std::fs::read_to_string(folder.path().join("tables/history.csv")).unwrap();
+    assert!(history.starts_with("time_s,energy_kinetic_") && history.lines().last().unwrap().starts_with("0.1,"));
+    assert!(std::fs::read_to_string(svg).unwrap().contains("von Mises stress"));
+}
+
+#[test]
+fn run_tells_errors_where_the_solution_is_known() {
+    let text = good(&["run", &scene("bar_1d_vibration.toml"), "--until", "0.1", "--quiet"]);
+    assert!(text.contains("displacement error") && text.contains("RMS"), "{text}");
+    assert!(text.contains("nothing recorded"), "{text}");
+}
+
+#[test]
+fn result_does_not_depend_on_the_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = |threads: &str| {
+        let csv = folder.path().join(threads);
+        good(&["run", &scene("cantilever.toml"), "--until", "0.05", "--threads", threads, "--csv", csv.to_str().unwrap()]);
+        std::fs::read(csv.join("particles.csv")).unwrap()
+    };
+    assert!(table("1") == table("2"));
+}
+
+#[cfg(feature = "rerun")]
+#[test]
+fn recording_for_rerun() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("beam.rrd");
+    let text = good(&["run", &scene("cantilever.toml"), "--until", "0.1", "--record", path.to_str().unwrap()]);
+    assert!(text.contains(&format!("open with: rerun {}", path.display())), "{text}");
+    assert!(std::fs::read(path).unwrap().starts_with(b"RRF"));
+}
+
+#[cfg(not(feature = "rerun"))]
+#[test]
+fn recording_needs_the_feature() {
+    assert!(bad(2, &["run", &scene("cantilever.toml"), "--record", "beam.rrd"]).contains("--features rerun"));
+}
+
+#[test]
+fn set_overrides_the_scene() {
+    let coarse = good(&["describe", &scene("cantilever.toml"), "--set", "grid.cell=0.5", "--set", "title=\"coarse\""]);
+    assert!(coarse.starts_with("coarse\n"), "{coarse}");
+    // 16 x 2 cells with 3 x 3 particles each
+    assert!(coarse.contains("particles    288\n"), "{coarse}");
+}
+
+#[test]
+fn describe_lists_variables_and_method() {
+    let text = good(&["describe", &scene("cantilever.toml")]);
+    for part in ["stable step", "memory", "\nmethod\n", "\nvariables\n"] {
+        assert!(text.contains(part), "no {part} in {text}");
+    }
+    let line = |name: &str| text.lines().find(|line| line.trim_start().starts_with(name)).map(str::to_owned).unwrap_or_default();
+    assert!(line("load/tip/traction").contains(" in "), "{text}");
+    assert!(line("particle/stress").contains("1152 x 3 x 3"), "{text}");
+}
+
+#[test]
+fn schema_is_json() {
+    let schema: serde_json::Value = serde_json::from_str(&good(&["schema"])).unwrap();
+    assert!(schema["properties"]["grid"].is_object());
+}
+
+#[test]
+fn every_scene_is_sound_and_runs() {
+    for path in scenes() {
+        let path = path.to_str().unwrap();
+        assert!(good(&["check", path]).contains("sound"), "{path}");
+        let end = good(&["run", path, "--until", "0.02", "--set", "record.every=0.01"]);
+        assert!(end.contains("0.02 s"), "{path}: {end}");
+        // the first lines say what one sees and how
+        let text = std::fs::read_to_string(path).unwrap();
+        assert!(text.starts_with("# ") && text.contains("#   matpoint run launch_scripts/scenes/"), "{path}");
+    }
+}
+
+#[test]
+fn faults_end_with_2_and_write_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let csv = folder.path().join("tables");
+    let (csv, beam) = (csv.to_str().unwrap(), scene("cantilever.toml"));
+    let run = |more: &[&str]| bad(2, &[&["run", &beam, "--csv", csv], more].concat());
+    assert!(run(&["--set", "material.rubber.poisson=0.7"]).contains("poisson"));
+    assert!(run(&["--set", "nonsense"]).contains("KEY=VALUE"));
+    assert!(run(&["--until", "-1"]).contains("positive"));
+    assert!(run(&["--threads", "0"]).contains("threads"));
+    assert!(run(&["--picture", "beam.png"]).contains("does not end in `.svg`"));
+    assert!(run(&["--record", "beam.txt"]).contains("does not end in `.rrd`"));
+    assert!(bad(2, &["run", "missing.toml", "--csv", csv]).contains("missing.toml"));
+    assert!(!Path::new(csv).exists());
+    let nowhere = folder.path().join("missing/last.svg");
+    let error = run(&["--picture", nowhere.to_str().unwrap()]);
+    assert!(error.contains("cannot write") && error.contains("missing/last.svg"), "{error}");
+    assert_eq!(std::fs::read_dir(csv).unwrap().count(), 0);
+}
+
+#[test]
+fn failed_run_ends_with_1_and_says_where_and_what_next() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, csv) = (folder.path().join("lost.toml"), folder.path().join("tables"));
+    std::fs::write(&path, LOST).unwrap();
+    let error = bad(1, &["run", path.to_str().unwrap(), "--csv", csv.to_str().unwrap()]);
+    for part in ["the run failed: at t = ", "particle ", " m; ", "recorded until then: ", "history.csv"] {
+        assert!(error.contains(part), "no {part} in {error}");
+    }
+    let history = std::fs::read_to_string(csv.join("history.csv")).unwrap();
+    assert!(history.lines().count() > 3);
+}
+
+#[test]
+fn closed_pipe_is_no_failure() {
+    let mut child =
+        Command::new(env!("CARGO_BIN_EXE_matpoint")).arg("schema").stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(stderr(&output), "");
+    assert_eq!(output.status.code(), Some(0));
+}
