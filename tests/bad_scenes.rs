@@ -95,7 +95,7 @@ const BEAM_CASES: &[Case] = &[
     ("degree of a linear basis", "transfer = \"flip\"", "basis = \"linear\"\ndegree = 2", ":37:10: method.degree: is for basis = \"bspline\" only"),
     ("share of another transfer", "transfer = \"flip\"", "transfer = \"apic\"\nflip_share = 0.9", ":37:14: method.flip_share: is for transfer = \"flip\" only"),
     ("share above one", "transfer = \"flip\"", "flip_share = 1.5", ":36:14: method.flip_share: is 1.5; must be 0 to 1"),
-    ("mass tolerance too high", "transfer = \"flip\"", "mass_tolerance = 0.5", ":36:18: method.mass_tolerance: is 0.5; must be 0 to 1e-3"),
+    ("mass tolerance too high", "transfer = \"flip\"", "mass_tolerance = 1.5", ":36:18: method.mass_tolerance: is 1.5; must be 0 to 1"),
     ("run of no time", "end = 1.0", "end = 0", ":39:7: time.end: is 0; must be above 0"),
     ("negative step", "end = 1.0", "end = 1.0\nstep = -1e-3", ":40:8: time.step: is -0.001; must be above 0"),
     ("step and cfl", "end = 1.0", "end = 1.0\nstep = 1e-3\ncfl = 0.5", ":41:7: time.cfl: is given beside `step`; give one of the two"),

@@ -48,7 +48,7 @@ fn single(integrator: &str, dt: f64) -> Curve {
     );
     let mut sim = Scene::from_toml(&text).unwrap().build().unwrap();
     let exact = |t: f64| (0.1 * (OMEGA * t).cos(), 0.5 * (0.1 / OMEGA * (OMEGA * t).sin()).exp());
-    follow(&mut sim, 10.0, 400, exact, (0.1, 0.05 / OMEGA))
+    follow(&mut sim, 10.0, 100, exact, (0.1, 0.05 / OMEGA))
 }
 
 #[test]
@@ -59,24 +59,28 @@ fn single_point_follows_the_exact_curve_and_usf_keeps_the_energy() {
     }
     assert!(first.drift.abs() < 0.01, "USF keeps the energy");
     assert!(last.drift < 0.0 && last.drift.abs() > 10.0 * first.drift.abs(), "USL dissipates");
-    // USF is a leapfrog of this oscillator: error of phase (w dt)^2 / 24 a radian, 63 radians, and the USL amplitude decays as its energy
-    assert!(first.velocity < 2e-4 && first.position < 1e-3);
-    assert!(last.velocity < 0.5 * last.drift.abs() * 1.2 && last.position < 0.5 * last.drift.abs() * 1.5);
+    // USF is a leapfrog of this oscillator: error of phase (w dt)^2 / 24 a radian over 63 radians. The position moves with the nodal
+    // velocity, which has got its full kick where the particle gets N times that: an error of dt v0 (1 - N).
+    assert!(first.velocity < 2e-4 && first.position < 0.02);
+    // the amplitude of USL decays like the root of its energy
+    let decayed = 1.0 - (1.0 + last.drift).sqrt();
+    assert!((last.velocity / decayed - 1.0).abs() < 0.05 && last.position < 1.1 * decayed);
 }
 
 #[test]
 fn a_smaller_step_dissipates_less() {
     let drifts: Vec<f64> = [1e-2, 1e-3, 1e-4].iter().map(|&dt| single("usl", dt).drift).collect();
-    println!("B1 USL energy drift over 10 periods at dt = 1e-2, 1e-3, 1e-4: {drifts:.3e?}");
+    println!("B1 USL energy drift over 10 periods at dt = 1e-2, 1e-3, 1e-4: {drifts:?}");
     // the dissipation of USL is of first order in the step
     assert!((8.0..12.0).contains(&(drifts[1] / drifts[2])));
     let errors: Vec<f64> = [1e-1, 1e-2, 1e-3].iter().map(|&dt| single("usf", dt).velocity).collect();
-    println!("B1 USF velocity error at dt = 1e-1, 1e-2, 1e-3: {errors:.3e?}");
-    assert!(errors[0] / errors[1] > 50.0 && errors[1] / errors[2] > 50.0, "leapfrog is of second order");
+    println!("B1 USF velocity error at dt = 1e-1, 1e-2, 1e-3: {errors:?}");
+    // 100 for each, less where the first step is no longer small against the period
+    assert!(errors[0] / errors[1] > 30.0 && errors[1] / errors[2] > 90.0, "leapfrog is of second order");
 }
 
 /// B2: bar of length 1 fixed at the left, first mode (equations 34 and 35); exact centre of mass velocity is v0 cos(wt) 2/pi.
-fn bar(integrator: &str, cells: usize, particles: usize, basis: &str) -> Curve {
+fn bar(integrator: &str, cells: usize, particles: usize, periods: f64) -> Curve {
     let per_cell = particles / cells;
     let text = format!(
         r#"
@@ -86,7 +90,7 @@ fn bar(integrator: &str, cells: usize, particles: usize, basis: &str) -> Curve {
         material.bar = {{ law = "linear_elastic", young = 10, density = 1 }}
         body.bar = {{ material = "bar", shape = {{ box = {{ min = [0], max = [1] }} }}, particles_per_cell = {per_cell}, velocity = ["0.1*sin(PI/2*x)"] }}
         boundary.wall = {{ face = "x-", fixed = ["x"] }}
-        method = {{ basis = "{basis}", integrator = "{integrator}" }}
+        method = {{ basis = "linear", integrator = "{integrator}" }}
         time = {{ end = 12.6491, step = 1e-3 }}
         "#,
         cell = 1.0 / cells as f64,
@@ -96,21 +100,31 @@ fn bar(integrator: &str, cells: usize, particles: usize, basis: &str) -> Curve {
     let mass = 2.0 / PI;
     let centre = sim.get("particle/position").unwrap().iter().sum::<f64>() / particles as f64;
     let exact = |t: f64| (0.1 * mass * (omega * t).cos(), centre + 0.1 * mass / omega * (omega * t).sin());
-    follow(&mut sim, 2.0 * PI / omega * 10.0, 400, exact, (0.1 * mass, 0.1 * mass / omega))
+    follow(&mut sim, 2.0 * PI / omega * periods, 100, exact, (0.1 * mass, 0.1 * mass / omega))
 }
 
 #[test]
 fn bar_vibrates_in_its_first_mode() {
-    for (cells, particles) in [(1, 3), (1, 7), (3, 3), (7, 7), (13, 13)] {
-        let (first, last) = (bar("usf", cells, particles, "linear"), bar("usl", cells, particles, "linear"));
+    let cases = [(1, 3), (1, 7), (3, 3), (7, 7), (13, 13)];
+    let mut errors = Vec::new();
+    for (cells, particles) in cases {
+        let (first, last) = (bar("usf", cells, particles, 1.0), bar("usl", cells, particles, 1.0));
+        let (long_first, long_last) = (bar("usf", cells, particles, 10.0), bar("usl", cells, particles, 10.0));
         println!(
-            "B2 {particles:2} particles {:2} nodes: velocity error USF {:.3}, USL {:.3} of the amplitude; energy drift USF {:.2e}, USL {:.2e}",
+            "B2 {particles:2} particles {:2} nodes: velocity error in the first period USF {:.4}, USL {:.4} of the amplitude; energy drift over 10 periods USF {:.2e}, USL {:.2e}",
             cells + 1,
             first.velocity,
             last.velocity,
-            first.drift,
-            last.drift
+            long_first.drift,
+            long_last.drift
         );
-        assert!(first.drift.abs() < 0.01);
+        assert!(long_first.drift.abs() < 0.01);
+        assert!(long_last.drift < 0.0 && long_last.drift.abs() > 10.0 * long_first.drift.abs());
+        // the step of 1e-3 is far below what the cells resolve, so both are the same curve but for the dissipation
+        assert!((first.velocity - last.velocity).abs() < 0.05);
+        errors.push(first.velocity);
     }
+    // figure 17: more particles in one cell do not help; figure 18: finer cells do
+    assert!(errors[0] > 0.2 && errors[1] > 0.8 * errors[0]);
+    assert!(errors[2] < 0.3 && errors[3] < 0.4 * errors[2] && errors[4] < 0.6 * errors[3]);
 }

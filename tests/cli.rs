@@ -1,5 +1,7 @@
 //! The command line: what it prints, what it writes, how it ends.
 
+#![expect(clippy::unwrap_used, reason = "a test may")]
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
@@ -126,7 +128,7 @@ fn set_overrides_the_scene() {
 
 #[test]
 fn describe_lists_variables_and_method() {
-    let text = good(&["describe", &scene("cantilever.toml")]);
+    let text = good(&["describe", &scene("cantilever.toml"), "--set", "load.tip.traction.value=\"external\""]);
     for part in ["stable step", "memory", "\nmethod\n", "\nvariables\n"] {
         assert!(text.contains(part), "no {part} in {text}");
     }

@@ -79,7 +79,7 @@ struct RunArgs {
     #[arg(long, value_name = "FILE.svg")]
     picture: Option<PathBuf>,
     /// Stop at this time [s] instead of time.end.
-    #[arg(long, value_name = "T", value_parser = seconds)]
+    #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     until: Option<f64>,
     /// Number of threads; all cores if left out. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]

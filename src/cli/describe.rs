@@ -13,7 +13,8 @@ pub(crate) fn check(args: &SceneArgs) -> Result<(), Failure> {
     let description = sim.describe();
     let mut out = std::io::stdout().lock();
     writeln!(out, "{}: sound", args.scene.display())?;
-    let size = format!("{} particles, {} in dimension {}", grouped(description.particles as u64), bodies(&description), description.dimension);
+    let size =
+        format!("{} particles, {} in dimension {}", grouped(description.particles as u64), bodies(&description), description.dimension);
     writeln!(out, "  {}: {size}", description.title)?;
     writeln!(out, "next: matpoint run {}", args.scene.display())?;
     Ok(())

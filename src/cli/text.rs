@@ -8,7 +8,8 @@ pub(crate) fn si(value: f64, unit: &str) -> String {
         return format!("{} {unit}", digits(value));
     }
     const PREFIXES: [(f64, &str); 8] = [(1e12, "T"), (1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n")];
-    match PREFIXES.into_iter().find(|(factor, _)| value.abs() >= *factor) {
+    // What is rounded up to the next prefix takes it: 1 ms, not 1000 µs.
+    match PREFIXES.into_iter().find(|(factor, _)| value.abs() >= 0.999_95 * factor) {
         Some((factor, prefix)) => format!("{} {prefix}{unit}", digits(value / factor)).trim_end().to_owned(),
         None => format!("{} {unit}", digits(value)).trim_end().to_owned(),
     }
@@ -46,7 +47,7 @@ pub(crate) fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
     for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i) % 3 == 0 {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
             text.push(' ');
         }
         text.push(digit);
@@ -80,6 +81,7 @@ mod tests {
     #[test]
     fn numbers_read_well() {
         assert_eq!(si(1.23456e-3, "s"), "1.235 ms");
+        assert_eq!(si(0.000_999_999, "s"), "1 ms");
         assert_eq!(si(0.0, "J"), "0 J");
         assert_eq!(si(-2.5e6, "J/m"), "-2.5 MJ/m");
         assert_eq!(si(0.01, "kg m/s"), "0.01 kg m/s");

@@ -202,6 +202,8 @@ impl Simulation {
         }
         self.stepper.forget(&self.model);
         self.outputs.outdate();
+        // puts the particles in the order they had when the simulation was made; it could be measured then, so it can now
+        self.outputs.measures = self.stepper.measure(&self.model, &mut self.state).ok();
     }
 
     /// What this simulation is: its method, what it needs and skips, its variables.

@@ -28,7 +28,7 @@ pub(crate) struct Model {
     pub(crate) transfer: Transfer,
     /// Share of FLIP; 0 for PIC and APIC.
     pub(crate) flip_share: f64,
-    /// Nodes lighter than this keep their unaccelerated velocity for the velocity gradient \[kg\].
+    /// The velocity of nodes lighter than this takes no part of their force \[kg\].
     pub(crate) light: f64,
     pub(crate) pace: Pace,
     pub(crate) needs: Needs,
@@ -111,7 +111,7 @@ pub(crate) enum Pace {
 pub(crate) struct Needs {
     /// An affine matrix a particle (APIC).
     pub(crate) affine: bool,
-    /// Nodal accelerations at the particles (FLIP).
+    /// Nodal accelerations at the particles (FLIP; nearly empty nodes).
     pub(crate) increment: bool,
     /// A body force that differs from particle to particle.
     pub(crate) body_force: bool,
@@ -211,16 +211,20 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         Transfer::Flip => scene.method.flip_share.unwrap_or(1.0),
         Transfer::Pic | Transfer::Apic => 0.0,
     };
+    let lightest = state.particles.mass.iter().copied().fold(f64::INFINITY, f64::min);
+    // Only where the gradient is taken of the kicked velocity, and slopes do not vanish with the functions.
+    let affine_or_last = affine || scene.method.integrator == scene::Integrator::Usl;
+    let guarded = degree == 1 && affine_or_last && (flip_share == 0.0 || flip_share == 1.0);
+    let light = if guarded { scene.method.mass_tolerance * lightest } else { 0.0 };
     let needs = Needs {
         affine,
-        increment: flip_share > 0.0,
+        increment: flip_share > 0.0 || light > 0.0,
         body_force: loads.iter().any(|l| matches!(l.target, Target::BodyForce(_)) || (matches!(l.target, Target::Gravity) && l.signal.varies_in_space())),
         history,
         lateral,
         lookup: loads.iter().any(|l| matches!(l.target, Target::Traction(_) | Target::Pressure(_) | Target::PointForce(_))),
         work: !loads.is_empty() || boundaries.iter().any(|b: &Boundary| b.velocity.iter().flatten().any(|f| f.uses(0) || f.eval(&[0.0]) != 0.0)),
     };
-    let lightest = state.particles.mass.iter().copied().fold(f64::INFINITY, f64::min);
     let model = Model {
         dimension,
         embedding,
@@ -233,7 +237,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         integrator: scene.method.integrator,
         transfer: scene.method.transfer,
         flip_share,
-        light: scene.method.mass_tolerance * lightest,
+        light,
         pace: match scene.time.step {
             Some(step) => Pace::Fixed(step),
             None => Pace::Cfl(scene.time.cfl.unwrap_or(0.5)),

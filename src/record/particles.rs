@@ -14,11 +14,6 @@ pub(super) fn all_von_mises(stress: &[f64]) -> Vec<f64> {
     stress.chunks_exact(9).map(von_mises).collect()
 }
 
-/// Pressure \[Pa\] of a 3x3 stress in C-order, positive in compression.
-pub(super) fn pressure(s: &[f64]) -> f64 {
-    -(s[0] + s[4] + s[8]) / 3.0
-}
-
 /// Distance of neighbouring particles along each axis at time 0 \[m\], body by body in the order of the scene.
 pub(super) fn spacing(scene: &Scene) -> Vec<Vec<f64>> {
     let along = |body: &crate::scene::Body, axis| {
@@ -28,12 +23,6 @@ pub(super) fn spacing(scene: &Scene) -> Vec<Vec<f64>> {
     scene.body.values().map(|body| (0..scene.dimension).map(|axis| along(body, axis)).collect()).collect()
 }
 
-/// Space padded to three coordinates, as f32 for viewers: missing ones are zero.
-#[cfg(feature = "rerun")]
-pub(super) fn points(flat: &[f64], dimension: usize) -> impl Iterator<Item = [f32; 3]> + '_ {
-    flat.chunks_exact(dimension).map(|x| std::array::from_fn(|axis| x.get(axis).map_or(0.0, |&v| v as f32)))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -41,8 +30,8 @@ mod tests {
     #[test]
     fn uniaxial_and_shear() {
         let pull = [5.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        assert_eq!((von_mises(&pull), pressure(&pull)), (5.0, -5.0 / 3.0));
+        assert_eq!(von_mises(&pull), 5.0);
         let shear = [0.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        assert_eq!((von_mises(&shear), pressure(&shear)), (12f64.sqrt(), 0.0));
+        assert_eq!(von_mises(&shear), 12f64.sqrt());
     }
 }

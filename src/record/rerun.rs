@@ -2,7 +2,7 @@
 
 use super::color::viridis;
 use super::columns::{self, Series};
-use super::particles::{all_von_mises, points, pressure};
+use super::particles::{all_von_mises, spacing};
 use super::{RecordError, Sink};
 use crate::Simulation;
 use ::rerun::blueprint::components::PanelState;
@@ -59,9 +59,9 @@ impl RerunSink {
         let up =
             if self.dimension == 3 { ::rerun::ViewCoordinates::RIGHT_HAND_Z_UP() } else { ::rerun::ViewCoordinates::RIGHT_HAND_Y_UP() };
         let text = toml::to_string_pretty(scene).unwrap_or_else(|_| scene.title.clone());
-        let spacing = super::particles::spacing(scene);
+        let spacing = spacing(scene);
         self.log_static("world", &up)?;
-        self.log_static("world/grid", &grid.with_colors([0x9090_90ff]))?;
+        self.log_static("world/grid", &grid.with_colors([0x9090_90ff]).with_fill_mode(::rerun::FillMode::MajorWireframe))?;
         self.log_static("scene", &::rerun::TextDocument::new(text))?;
 
         let body = sim.get("particle/body")?;
@@ -71,7 +71,8 @@ impl RerunSink {
         self.log_static(PARTICLES, &AnyValues::default().with_component::<Scalar>("body", body.iter().copied()))?;
         for series in &self.series {
             let names = series.components.iter().map(|(label, _)| {
-                let last = series.variable.rsplit('/').next().unwrap_or_default();
+                // `tip/displacement`, `kinetic`: the view says what kind it is.
+                let last = series.variable.split_once('/').map_or("", |(_, rest)| rest);
                 let component = if label.is_empty() { String::new() } else { format!(" {label}") };
                 let unit = if series.unit.is_empty() { String::new() } else { format!(" [{}]", series.unit) };
                 format!("{last}{component}{unit}")
@@ -154,15 +155,30 @@ impl Sink for RerunSink {
     }
 }
 
+/// Pressure \[Pa\] of a 3x3 stress in C-order, positive in compression.
+fn pressure(s: &[f64]) -> f64 {
+    -(s[0] + s[4] + s[8]) / 3.0
+}
+
+/// Space padded to three coordinates, as f32 for viewers: missing ones are zero.
+fn points(flat: &[f64], dimension: usize) -> impl Iterator<Item = [f32; 3]> + '_ {
+    flat.chunks_exact(dimension).map(|x| std::array::from_fn(|axis| x.get(axis).map_or(0.0, |&v| v as f32)))
+}
+
 /// A recording with the layout of the viewer: space on the left, curves and the scene on the right.
 fn builder(title: &str, series: &[Series]) -> RecordingStreamBuilder {
-    let has = |prefix: &str| series.iter().any(|s| s.variable.starts_with(prefix));
-    let mut curves: Vec<ContainerLike> = vec![TimeSeriesView::new("energies").with_origin("/energy").into()];
-    for (prefix, name) in [("probe/", "probes"), ("boundary/", "reactions"), ("error/", "errors")] {
-        if has(prefix) {
-            curves.push(TimeSeriesView::new(name).with_origin(format!("/{}", prefix.trim_end_matches('/'))).into());
-        }
-    }
+    // What shares a unit shares a view; the rest is in the recording, for views of the user's own.
+    let chosen = |fits: &dyn Fn(&str) -> bool| -> Vec<String> {
+        series.iter().filter(|s| fits(&s.variable)).map(|s| format!("/{}", s.variable)).collect()
+    };
+    const ENERGIES: [&str; 4] = ["energy/kinetic", "energy/strain", "energy/external", "energy/total"];
+    let views = [
+        ("energies", chosen(&|name| ENERGIES.contains(&name))),
+        ("probe displacements", chosen(&|name| name.starts_with("probe/") && name.ends_with("/displacement"))),
+        ("reactions", chosen(&|name| name.starts_with("boundary/"))),
+    ];
+    let shown = views.into_iter().filter(|(_, contents)| !contents.is_empty());
+    let curves = shown.map(|(name, contents)| ContainerLike::from(TimeSeriesView::new(name).with_contents(contents)));
     let text = TextDocumentView::new("scene").with_origin("/scene");
     let right = Tabs::new([Vertical::new(curves).with_name("curves").into(), text.into()]);
     let space = Spatial3DView::new("particles").with_origin("/world");

@@ -169,7 +169,7 @@ impl<'a> Check<'a> {
             self.require((0.0..=1.0).contains(&share), "method.flip_share", || format!("is {}; must be 0 to 1", plain(share)));
         }
         let tolerance = method.mass_tolerance;
-        self.require((0.0..=1e-3).contains(&tolerance), "method.mass_tolerance", || format!("is {}; must be 0 to 1e-3", plain(tolerance)));
+        self.require((0.0..=1.0).contains(&tolerance), "method.mass_tolerance", || format!("is {}; must be 0 to 1", plain(tolerance)));
     }
 
     fn time(&mut self) {

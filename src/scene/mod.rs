@@ -336,7 +336,9 @@ pub struct Method {
     /// Share of FLIP in a FLIP transfer, 0 to 1; the rest is PIC.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub flip_share: Option<f64>,
-    /// A node lighter than this share of the lightest particle keeps its unaccelerated velocity for the velocity gradient.
+    /// A node lighter than this share of the lightest particle is nearly empty. With linear functions and USL or APIC its velocity, and
+    /// so the velocity gradient, takes no part of its force; the particles do, so that momentum is conserved. Other combinations need
+    /// no tolerance.
     pub mass_tolerance: f64,
 }
 
@@ -348,7 +350,7 @@ impl Default for Method {
             integrator: Integrator::Usf,
             transfer: Transfer::Flip,
             flip_share: None,
-            mass_tolerance: 1e-9,
+            mass_tolerance: 0.1,
         }
     }
 }

@@ -16,13 +16,26 @@ impl Stepper {
                 continue;
             }
             let inverse = 1.0 / mass;
-            // a nearly empty node would be thrown out by its force; its acceleration still reaches the particles, so that momentum is
-            // conserved, but not the velocity gradient
-            let pushed = if mass < model.light { 0.0 } else { kick };
+            // A nearly empty node of linear functions would be thrown out by its force, for its slopes are not small like its mass. Its
+            // acceleration still reaches the particles, so that momentum is conserved, but not the velocity gradient.
+            let light = mass < model.light;
             for a in 0..model.dimension {
-                let acceleration = force[1 + a] * inverse + self.gravity[a];
-                force[1 + a] = acceleration;
-                momentum[1 + a] = momentum[1 + a] * inverse + pushed * acceleration;
+                let pushed = if light { 0.0 } else { force[1 + a] * inverse };
+                momentum[1 + a] = momentum[1 + a] * inverse + kick * (pushed + self.gravity[a]);
+                force[1 + a] = force[1 + a] * inverse + self.gravity[a];
+            }
+        }
+    }
+
+    /// PIC and APIC take the nodal velocity: all they still lack is the acceleration by force of nearly empty nodes.
+    pub(super) fn leave_to_light_nodes(&mut self, model: &Model) {
+        if model.flip_share > 0.0 || model.light == 0.0 {
+            return;
+        }
+        for (momentum, force) in self.grid.momentum.iter().zip(&mut self.grid.force) {
+            let light = momentum[0] > 0.0 && momentum[0] < model.light;
+            for a in 0..model.dimension {
+                force[1 + a] = if light { force[1 + a] - self.gravity[a] } else { 0.0 };
             }
         }
     }

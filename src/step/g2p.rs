@@ -24,6 +24,7 @@ impl Stepper {
         let task = GatherTask {
             model,
             affine: model.needs.affine,
+            increment: model.needs.increment,
             flip_share: model.flip_share,
             kick: update.kick,
             drift: update.drift,

@@ -175,6 +175,7 @@ impl Operator<'_> {
             model: self.model,
             rows: Rows::new(&mut self.state.particles),
             affine: false,
+            increment: kick.is_some(),
             flip_share: 1.0,
             kick,
             drift: None,

@@ -86,6 +86,7 @@ impl Stepper {
             model,
             rows: Rows::new(&mut state.particles).with_velocity(velocity),
             affine: false,
+            increment: true,
             flip_share: 1.0,
             kick: Some(kick),
             drift: None,

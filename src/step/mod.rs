@@ -89,6 +89,7 @@ impl Stepper {
         self.load(model, state);
         self.particles_to_grid(model, state, p2g::What::MassMomentumForce);
         self.balance(model, state.time, kick, dt);
+        self.leave_to_light_nodes(model);
         match model.integrator {
             Integrator::Usl => self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: Some(dt), strain: Some(dt) })?,
             Integrator::Musl => {

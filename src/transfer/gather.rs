@@ -14,7 +14,9 @@ pub(crate) struct GatherTask<'a> {
     pub(crate) rows: Rows<'a>,
     /// Whether the affine matrix of APIC is taken from the grid with a kick.
     pub(crate) affine: bool,
-    /// Share of FLIP in a kick.
+    /// Whether nodal accelerations are taken from the grid with a kick.
+    pub(crate) increment: bool,
+    /// Share of FLIP in a kick; at 0 the acceleration is what the nodal velocity has not got.
     pub(crate) flip_share: f64,
     /// Length of the change of velocity \[s\]; `None` keeps the velocity.
     pub(crate) kick: Option<f64>,
@@ -66,16 +68,18 @@ pub(crate) enum FaultKind {
 #[inline(always)]
 pub(super) unsafe fn gather<const D: usize, const W: usize, const FMA: bool>(task: &GatherTask, range: Range<usize>, tile: &Tile) -> GatherReport {
     let kicks = task.kick.is_some();
-    let (affine, increment) = (kicks && task.affine, kicks && task.flip_share > 0.0);
+    let (affine, increment) = (kicks && task.affine, kicks && task.increment);
     // SAFETY: the caller's promise.
     unsafe {
         match (task.strain.is_some(), affine, increment) {
             (false, false, false) => particles::<D, W, FMA, false, false, false>(task, range, tile),
             (false, false, true) => particles::<D, W, FMA, false, false, true>(task, range, tile),
-            (false, true, _) => particles::<D, W, FMA, false, true, false>(task, range, tile),
+            (false, true, false) => particles::<D, W, FMA, false, true, false>(task, range, tile),
+            (false, true, true) => particles::<D, W, FMA, false, true, true>(task, range, tile),
             (true, false, false) => particles::<D, W, FMA, true, false, false>(task, range, tile),
             (true, false, true) => particles::<D, W, FMA, true, false, true>(task, range, tile),
-            (true, true, _) => particles::<D, W, FMA, true, true, false>(task, range, tile),
+            (true, true, false) => particles::<D, W, FMA, true, true, false>(task, range, tile),
+            (true, true, true) => particles::<D, W, FMA, true, true, true>(task, range, tile),
         }
     }
 }
@@ -104,7 +108,13 @@ unsafe fn particles<const D: usize, const W: usize, const FMA: bool, const GRADI
                 for a in 0..D {
                     let flip = old[a] + kick * sample.acceleration[1 + a];
                     // a pure FLIP must not touch the PIC velocity: 0 times it may lose the last bit
-                    velocity[a] = if share == 1.0 { flip } else { share * flip + (1.0 - share) * velocity[a] };
+                    velocity[a] = if share == 1.0 {
+                        flip
+                    } else if share == 0.0 {
+                        velocity[a] + kick * sample.acceleration[1 + a]
+                    } else {
+                        share * flip + (1.0 - share) * velocity[a]
+                    };
                 }
             }
             // SAFETY: row p is ours.

@@ -1,1 +1,69 @@
-fn main(){}
+//! Particle-steps per second of the whole explicit step, with the memory it takes.
+//!
+//! `cargo bench` runs all; `cargo bench -- 3d` the 3D block. Times on shared machines are noisy: compare within one run.
+
+use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use matpoint::Simulation;
+use matpoint::scene::Scene;
+use std::time::Duration;
+
+/// A block of `side`^3 cells with 8 particles each, falling in a grid of `margin` times its size.
+fn block(side: usize, transfer: &str, integrator: &str, degree: usize, margin: f64) -> Simulation {
+    let h = 1.0 / side as f64;
+    let size = (1.0 + margin) / h;
+    let size = size.round() * h;
+    let text = format!(
+        r#"
+        title = "elastic block"
+        dimension = 3
+        grid = {{ origin = [0, 0, 0], size = [{size}, {size}, {size}], cell = {h} }}
+        material.m = {{ law = "neo_hookean", young = 1e6, poisson = 0.3, density = 1e3 }}
+        method = {{ basis = "bspline", degree = {degree}, transfer = "{transfer}", integrator = "{integrator}" }}
+        time = {{ end = 100, step = {step} }}
+        load.weight.gravity = [0, 0, -9.81]
+        boundary.floor = {{ face = "z-", fixed = ["z"] }}
+        body.b = {{ material = "m", shape = {{ box = {{ min = [0, 0, 0], max = [1, 1, 1] }} }}, positions = "jittered" }}
+        "#,
+        step = 0.1 * h / 36.7,
+    );
+    Scene::from_toml(&text).expect("a good scene").build().expect("a good scene")
+}
+
+fn throughput(c: &mut Criterion) {
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
+    let mut group = c.benchmark_group("3d block, one thread, f64");
+    group.sample_size(10).warm_up_time(Duration::from_millis(100)).measurement_time(Duration::from_secs(8));
+    for (side, transfer, integrator, degree) in
+        [(50, "apic", "usl", 2), (24, "apic", "usl", 2), (24, "flip", "usl", 2), (24, "flip", "usf", 2), (24, "flip", "usl", 1), (24, "apic", "usl", 3)]
+    {
+        let mut sim = block(side, transfer, integrator, degree, 0.2);
+        let n = sim.describe().particles;
+        println!("{n} particles, {transfer} {integrator} degree {degree}: {} bytes a particle in all", sim.describe().memory / n);
+        group.throughput(Throughput::Elements(n as u64));
+        let dt = sim.max_step() * 0.1;
+        let _ = dt;
+        let step = 0.1 / side as f64 / 36.7;
+        group.bench_function(BenchmarkId::new(format!("{transfer} {integrator} degree {degree}"), n), |b| {
+            b.iter_batched(|| (), |()| one.install(|| sim.step(step).expect("a good step")), BatchSize::PerIteration);
+        });
+    }
+    group.finish();
+}
+
+fn domain(c: &mut Criterion) {
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
+    let mut group = c.benchmark_group("the same body in a grid of 1 and 100 times the volume");
+    group.sample_size(10).measurement_time(Duration::from_secs(4));
+    for margin in [0.2, 4.57] {
+        let mut sim = block(24, "apic", "usl", 2, margin);
+        println!("margin {margin}: {} bytes", sim.describe().memory);
+        group.throughput(Throughput::Elements(sim.describe().particles as u64));
+        group.bench_function(BenchmarkId::from_parameter(format!("{:.0} times", ((1.0 + margin) / 1.2f64).powi(3))), |b| {
+            b.iter(|| one.install(|| sim.step(0.1 / 24.0 / 36.7).expect("a good step")));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, throughput, domain);
+criterion_main!(benches);

@@ -1,7 +1,7 @@
 //! What all pictures share: the title, the legend, and words for boundaries.
 
 use super::Snapshot;
-use super::svg::{Anchor, HATCH, INK, Svg, WIDTH};
+use super::svg::{Anchor, HATCH, INK, REGION, Svg, WIDTH};
 use crate::scene::{Axis, Boundary};
 
 /// Left end of titles and legends \[px\].
@@ -23,8 +23,10 @@ fn number(value: f64) -> f64 {
 pub(super) enum Mark {
     /// A filled box.
     Fill(&'static str),
-    /// Something held or moved.
-    Hatch,
+    /// A wall.
+    Wall,
+    /// A held region.
+    Region,
     /// A watched point.
     Probe,
     /// No mark.
@@ -33,8 +35,11 @@ pub(super) enum Mark {
 
 /// The entries that every picture has.
 pub(super) fn entries(snapshot: &Snapshot) -> Vec<(Mark, String)> {
-    let mut all: Vec<_> =
-        snapshot.scene.boundary.iter().map(|(name, boundary)| (Mark::Hatch, format!("{name}: {}", holds(boundary)))).collect();
+    let entry = |(name, boundary): (&String, &Boundary)| {
+        let mark = if boundary.face.is_some() { Mark::Wall } else { Mark::Region };
+        (mark, format!("{name}: {}", holds(boundary)))
+    };
+    let mut all: Vec<_> = snapshot.scene.boundary.iter().map(entry).collect();
     if !snapshot.probes.is_empty() {
         all.push((Mark::Probe, "probe".to_owned()));
     }
@@ -53,7 +58,8 @@ pub(super) fn legend(svg: &mut Svg, top: f64, entries: &[(Mark, String)]) -> f64
         }
         match mark {
             Mark::Fill(color) => svg.rect([x, y - 10.0], [16.0, 12.0], color, "#bbb"),
-            Mark::Hatch => svg.rect([x, y - 10.0], [16.0, 12.0], HATCH, INK),
+            Mark::Wall => svg.rect([x, y - 10.0], [16.0, 12.0], HATCH, INK),
+            Mark::Region => svg.rect([x, y - 10.0], [16.0, 12.0], REGION, "#bbb"),
             Mark::Probe => svg.circle([x + 8.0, y - 4.0], 4.0, "white", INK),
             Mark::None => {}
         }

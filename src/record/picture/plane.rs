@@ -2,7 +2,7 @@
 
 use super::super::color::viridis;
 use super::frame::{self, Mark};
-use super::svg::{Anchor, FAINT, HATCH, INK, Scale, Svg, WIDTH, hex, polygon, ticks};
+use super::svg::{Anchor, FAINT, HATCH, INK, REGION, Scale, Svg, WIDTH, hex, polygon, ticks};
 use super::{MOST_DRAWN, Snapshot};
 use crate::scene::Shape;
 use std::collections::BTreeMap;
@@ -126,7 +126,7 @@ fn boundaries(svg: &mut Svg, view: &View, snapshot: &Snapshot) {
         if let Some(region) = &boundary.region {
             let [low, high] = clipped(region, view);
             let (corner, opposite) = (view.px([low[0], high[1]]), view.px([high[0], low[1]]));
-            svg.rect(corner, [opposite[0] - corner[0], opposite[1] - corner[1]], HATCH, "none");
+            svg.rect(corner, [opposite[0] - corner[0], opposite[1] - corner[1]], REGION, "#bbb");
         }
     }
 }

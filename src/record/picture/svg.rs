@@ -102,13 +102,15 @@ impl Svg {
         self.text_upwards([x - 8.0, y + 0.5 * height], 12.0, format_args!("{title} [{}]", scale.unit));
     }
 
-    /// The whole file. `hatch` is the fill for what is held.
+    /// The whole file.
     pub(super) fn finish(self, height: f64) -> String {
         format!(
             r##"<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{height:.0}" viewBox="0 0 {WIDTH} {height:.0}"
  font-family="Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-serif" fill="{INK}">
 <defs><pattern id="hatch" width="6" height="6" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">
-<line x1="0" y1="0" x2="0" y2="6" stroke="#666" stroke-width="2"/></pattern></defs>
+<line x1="0" y1="0" x2="0" y2="6" stroke="#666" stroke-width="2"/></pattern>
+<pattern id="region" width="8" height="8" patternUnits="userSpaceOnUse" patternTransform="rotate(45)">
+<line x1="0" y1="0" x2="0" y2="8" stroke="#bbb" stroke-width="1.5"/></pattern></defs>
 <rect width="100%" height="100%" fill="white"/>
 {}</svg>
 "##,
@@ -117,8 +119,10 @@ impl Svg {
     }
 }
 
-/// Fill for what is held, defined by [`Svg::finish`].
+/// Fill for walls, defined by [`Svg::finish`].
 pub(super) const HATCH: &str = "url(#hatch)";
+/// Fill for held regions, in which bodies are seen.
+pub(super) const REGION: &str = "url(#region)";
 
 /// A closed outline through `corners`, in the short relative form: pictures hold thousands of them.
 pub(super) fn polygon(out: &mut String, corners: &[[f64; 2]]) {

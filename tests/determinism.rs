@@ -1,0 +1,102 @@
+//! The same bytes for any number of threads, and for a run that is cut in two by a snapshot.
+
+use matpoint::Simulation;
+use matpoint::scene::Scene;
+
+/// A body of more than 4,096 particles, so that work is shared, that moves over many cells and is sorted again and again.
+fn scene(dimension: usize, transfer: &str) -> String {
+    let (size, velocity) = match dimension {
+        2 => ("[4, 4]", r#"["2+sin(3*y)", "1+cos(2*x)"]"#),
+        _ => ("[2, 2, 1]", r#"["2+sin(3*y)", "1+cos(2*x)", "0.5*z"]"#),
+    };
+    let list = |v: f64| format!("{:?}", vec![v; dimension]);
+    format!(
+        r#"
+        title = "threads"
+        dimension = {dimension}
+        grid = {{ origin = {}, size = {}, cell = 0.125 }}
+        material.m = {{ law = "hypo_elastic", young = 1e4, poisson = 0.3, density = 100 }}
+        method = {{ transfer = "{transfer}", integrator = "usl" }}
+        time = {{ end = 1, cfl = 0.4 }}
+        boundary.floor = {{ face = "y-", fixed = ["y"] }}
+        load.weight.gravity = {:?}
+        load.push.traction = {{ body = "b", face = "x-", value = {:?} }}
+        body.b = {{ material = "m", shape = {{ box = {{ min = {}, max = {size} }} }}, particles_per_cell = 3, velocity = {velocity} }}
+        "#,
+        list(0.0),
+        list(10.0),
+        [0.0, -9.81, 0.0][..dimension].to_vec(),
+        [30.0, 5.0, 0.0][..dimension].to_vec(),
+        list(0.0),
+    )
+}
+
+fn build(dimension: usize, transfer: &str) -> Simulation {
+    Scene::from_toml(&scene(dimension, transfer)).unwrap().build().unwrap()
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    for (dimension, transfer) in [(2, "flip"), (2, "apic"), (3, "apic"), (3, "flip")] {
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let mut sim = build(dimension, transfer);
+                assert!(sim.describe().particles > 4096);
+                for _ in 0..3 {
+                    sim.step(0.02).unwrap();
+                }
+                (sim.save(), sim.get("energy/total").unwrap()[0].to_bits(), sim.get("boundary/floor/reaction").unwrap()[1].to_bits())
+            })
+        };
+        let one = run(1);
+        for threads in [2, 3, 4] {
+            assert!(run(threads) == one, "{threads} threads, {dimension}D {transfer}");
+        }
+    }
+}
+
+#[test]
+fn a_restored_run_gives_the_same_bytes() {
+    for (dimension, transfer) in [(2, "apic"), (3, "flip")] {
+        let mut whole = build(dimension, transfer);
+        whole.step(0.02).unwrap();
+        let cut = whole.save();
+        // looking does not disturb
+        whole.get("particle/velocity").unwrap();
+        whole.get("energy/kinetic").unwrap();
+        whole.step(0.03).unwrap();
+
+        let mut restored = build(dimension, transfer);
+        restored.restore(&cut).unwrap();
+        assert!(restored.save() == cut);
+        restored.step(0.03).unwrap();
+        assert!(restored.save() == whole.save(), "{dimension}D {transfer}");
+        assert_eq!(restored.get("particle/stress").unwrap(), whole.get("particle/stress").unwrap());
+
+        let mut again = build(dimension, transfer);
+        let fresh = again.save();
+        again.step(0.01).unwrap();
+        again.reset();
+        assert!(again.save() == fresh, "reset goes back to time 0");
+    }
+}
+
+#[test]
+fn a_snapshot_of_something_else_is_refused_and_changes_nothing() {
+    let mut sim = build(2, "apic");
+    sim.step(0.005).unwrap();
+    let good = sim.save();
+    let other = build(2, "flip").save();
+    let mut damaged = good.clone();
+    damaged.truncate(good.len() / 2);
+    let mut garbage = good.clone();
+    for byte in garbage.iter_mut().skip(30).step_by(7) {
+        *byte ^= 0x5a;
+    }
+    for (bytes, word) in [(&other[..], "another scene"), (&damaged[..], "damaged"), (&garbage[..], "damaged"), (&b""[..], "no snapshot"), (&b"hello, world, what?"[..], "no snapshot")] {
+        let error = sim.restore(bytes).unwrap_err().to_string();
+        assert!(error.contains(word), "{error}");
+        assert!(sim.save() == good);
+    }
+}
