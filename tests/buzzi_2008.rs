@@ -55,7 +55,10 @@ fn single(integrator: &str, dt: f64) -> Curve {
 fn single_point_follows_the_exact_curve_and_usf_keeps_the_energy() {
     let (first, last) = (single("usf", 1e-3), single("usl", 1e-3));
     for (name, c) in [("USF", &first), ("USL", &last)] {
-        println!("B1 {name} dt 1e-3: velocity {:.2e}, position {:.2e} of the amplitude, energy drift {:.3e} over 10 periods", c.velocity, c.position, c.drift);
+        println!(
+            "B1 {name} dt 1e-3: velocity {:.2e}, position {:.2e} of the amplitude, energy drift {:.3e} over 10 periods",
+            c.velocity, c.position, c.drift
+        );
     }
     assert!(first.drift.abs() < 0.01, "USF keeps the energy");
     assert!(last.drift < 0.0 && last.drift.abs() > 10.0 * first.drift.abs(), "USL dissipates");

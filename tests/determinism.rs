@@ -94,7 +94,13 @@ fn a_snapshot_of_something_else_is_refused_and_changes_nothing() {
     for byte in garbage.iter_mut().skip(30).step_by(7) {
         *byte ^= 0x5a;
     }
-    for (bytes, word) in [(&other[..], "another scene"), (&damaged[..], "damaged"), (&garbage[..], "damaged"), (&b""[..], "no snapshot"), (&b"hello, world, what?"[..], "no snapshot")] {
+    for (bytes, word) in [
+        (&other[..], "another scene"),
+        (&damaged[..], "damaged"),
+        (&garbage[..], "damaged"),
+        (&b""[..], "no snapshot"),
+        (&b"hello, world, what?"[..], "no snapshot"),
+    ] {
         let error = sim.restore(bytes).unwrap_err().to_string();
         assert!(error.contains(word), "{error}");
         assert!(sim.save() == good);

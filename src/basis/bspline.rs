@@ -32,8 +32,7 @@ impl Spline {
     pub(crate) fn new(origin: f64, cell: f64, cells: usize, degree: usize) -> Self {
         let cells = cells as i32;
         let border = (degree as i32 - 1).max(0);
-        let mut spline =
-            Self { origin, cell, inverse: 1.0 / cell, cells, degree, pieces: Vec::new(), greville: Vec::new(), border };
+        let mut spline = Self { origin, cell, inverse: 1.0 / cell, cells, degree, pieces: Vec::new(), greville: Vec::new(), border };
         let classes: Vec<i32> =
             if cells <= 2 * border + 1 { (0..cells).collect() } else { (0..=border).chain(cells - border..cells).collect() };
         for &c in &classes {
@@ -77,20 +76,11 @@ impl Spline {
         s >= -EDGE_TOLERANCE && s <= self.cells as f64 + EDGE_TOLERANCE
     }
 
-    /// Polynomial coefficients of a cell, by power and function.
+    /// Polynomial coefficients of the functions in cells of a class, by power and function, and their Greville points, in cells from the
+    /// lower edge of the cell.
     #[inline(always)]
-    pub(crate) fn piece<const W: usize>(&self, cell: i32) -> &[[f64; W]] {
-        let start = self.class(cell) * W * W;
-        self.pieces[start..start + W * W].as_chunks::<W>().0
-    }
-
-    /// Greville points of the functions of a cell, in cells from the origin.
-    #[inline(always)]
-    pub(crate) fn nodes<const W: usize>(&self, cell: i32) -> [f64; W] {
-        let start = self.class(cell) * W;
-        let mut nodes = [0.0; W];
-        nodes.copy_from_slice(&self.greville[start..start + W]);
-        nodes.map(|offset| offset + cell as f64)
+    pub(super) fn piece<const W: usize>(&self, class: usize) -> (&[[f64; W]; W], &[f64; W]) {
+        (&self.pieces.as_chunks::<W>().0.as_chunks::<W>().0[class], &self.greville.as_chunks::<W>().0[class])
     }
 
     /// Position of function `i` \[m\]: its Greville point.
@@ -98,8 +88,9 @@ impl Spline {
         self.origin + self.cell * self.greville_point(i)
     }
 
+    /// Cells of one class have the same polynomials: each cell near an end is its own class, all others are one.
     #[inline(always)]
-    fn class(&self, cell: i32) -> usize {
+    pub(super) fn class(&self, cell: i32) -> usize {
         let (border, cells) = (self.border, self.cells);
         let class = if cells <= 2 * border + 1 || cell < border {
             cell
@@ -164,29 +155,33 @@ fn add_linear(to: &mut [f64; MAX_WIDTH], polynomial: &[f64; MAX_WIDTH], constant
 
 #[cfg(test)]
 mod tests {
-    use super::super::Stencil;
+    use super::super::{BATCH, Stencils, Third};
     use super::*;
 
     /// Round-off of sums of at most six terms of order `degree^2`.
     const ROUND_OFF: f64 = 2e-13;
+
+    fn at<const W: usize>(spline: &Spline, x: f64, third: Third) -> (i32, [f64; W], [f64; W], [f64; W]) {
+        let s = Stencils::<W>::at::<1>(std::slice::from_ref(spline), &[[x; BATCH]], third);
+        (s.first(0)[2], s.weight[2].map(|b| b[0]), s.slope[2].map(|b| b[0]), s.third[2].map(|b| b[0]))
+    }
 
     fn check<const W: usize>(cells: usize) {
         let spline = Spline::new(-1.0, 0.5, cells, W - 1);
         let end = -1.0 + 0.5 * cells as f64;
         for step in 0..=997 {
             let x = -1.0 + (end + 1.0) * step as f64 / 997.0;
-            let s = Stencil::<W>::at::<1, true>(std::slice::from_ref(&spline), [x]);
-            let first = s.first[2];
+            let (first, weights, slopes, arms) = at::<W>(&spline, x, Third::Arm);
             assert!(first >= 0 && first + W as i32 <= spline.functions());
             let (mut sum, mut slope, mut place, mut gradient) = (0.0, 0.0, 0.0, 0.0);
             for a in 0..W {
                 let node = spline.node_position(first + a as i32);
-                assert!(s.weight[2][a] >= -ROUND_OFF, "B-splines are not negative");
-                assert!((s.arm[2][a] - (node - x)).abs() < ROUND_OFF);
-                sum += s.weight[2][a];
-                slope += s.slope[2][a];
-                place += s.weight[2][a] * node;
-                gradient += s.slope[2][a] * node;
+                assert!(weights[a] >= -ROUND_OFF, "B-splines are not negative");
+                assert!((arms[a] - weights[a] * (node - x)).abs() < ROUND_OFF);
+                sum += weights[a];
+                slope += slopes[a];
+                place += weights[a] * node;
+                gradient += slopes[a] * node;
             }
             assert!((sum - 1.0).abs() < ROUND_OFF, "partition of unity");
             assert!(slope.abs() < 10.0 * ROUND_OFF, "gradient of a constant is {slope}");
@@ -209,30 +204,30 @@ mod tests {
     #[test]
     fn interior_quadratic_is_the_textbook_one() {
         let spline = Spline::new(0.0, 1.0, 9, 2);
-        let s = Stencil::<3>::at::<1, false>(std::slice::from_ref(&spline), [4.25]);
+        let (_, weights, ..) = at::<3>(&spline, 4.25, Third::Nothing);
         let xi: f64 = 0.25;
         let exact = [0.5 * (1.0 - xi).powi(2), 0.5 + xi - xi * xi, 0.5 * xi * xi];
         for a in 0..3 {
-            assert!((s.weight[2][a] - exact[a]).abs() < 1e-15);
+            assert!((weights[a] - exact[a]).abs() < 1e-15);
         }
     }
 
     #[test]
     fn only_the_end_function_is_not_zero_at_an_end_of_the_grid() {
         let spline = Spline::new(0.0, 0.1, 10, 3);
-        let s = Stencil::<4>::at::<1, false>(std::slice::from_ref(&spline), [0.0]);
-        assert!((s.weight[2][0] - 1.0).abs() < ROUND_OFF && s.weight[2][1..].iter().all(|w| w.abs() < ROUND_OFF));
-        let s = Stencil::<4>::at::<1, false>(std::slice::from_ref(&spline), [1.0]);
-        assert!((s.weight[2][3] - 1.0).abs() < ROUND_OFF && s.first[2] + 4 == spline.functions());
+        let (_, weights, ..) = at::<4>(&spline, 0.0, Third::Nothing);
+        assert!((weights[0] - 1.0).abs() < ROUND_OFF && weights[1..].iter().all(|w| w.abs() < ROUND_OFF));
+        let (first, weights, ..) = at::<4>(&spline, 1.0, Third::Nothing);
+        assert!((weights[3] - 1.0).abs() < ROUND_OFF && first + 4 == spline.functions());
     }
 
     #[test]
     fn smoothness_across_cells_is_degree_minus_one() {
         let spline = Spline::new(0.0, 1.0, 12, 3);
         let value = |x: f64, i: i32| {
-            let s = Stencil::<4>::at::<1, false>(std::slice::from_ref(&spline), [x]);
-            let a = i - s.first[2];
-            if (0..4).contains(&a) { (s.weight[2][a as usize], s.slope[2][a as usize]) } else { (0.0, 0.0) }
+            let (first, weights, slopes, _) = at::<4>(&spline, x, Third::Nothing);
+            let a = i - first;
+            if (0..4).contains(&a) { (weights[a as usize], slopes[a as usize]) } else { (0.0, 0.0) }
         };
         for i in 0..spline.functions() {
             for knot in 1..12 {

@@ -60,7 +60,8 @@ impl Simulation {
         if let Pace::Fixed(step) = model.pace
             && step > largest
         {
-            let message = format!("is {step} s, above the stable step of {largest:.4e} s; take at most {:.2e}, or `cfl` instead", 0.99 * largest);
+            let message =
+                format!("is {step} s, above the stable step of {largest:.4e} s; take at most {:.2e}, or `cfl` instead", 0.99 * largest);
             return Err(fault("time.step", message));
         }
         let exact = scene.exact.as_ref().map(|e| Exact::new(e, model.dimension)).transpose().map_err(|m| fault("exact", m))?;

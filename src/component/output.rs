@@ -50,7 +50,17 @@ impl Quantity {
         use Quantity::*;
         matches!(
             self,
-            Velocity | Kinetic | StrainEnergy | Total | NodalKinetic | InterpolationError | AlgorithmicError | Linear | Angular | ProbeVelocity(_) | VelocityError
+            Velocity
+                | Kinetic
+                | StrainEnergy
+                | Total
+                | NodalKinetic
+                | InterpolationError
+                | AlgorithmicError
+                | Linear
+                | Angular
+                | ProbeVelocity(_)
+                | VelocityError
         )
     }
 }
@@ -112,8 +122,22 @@ impl Outputs {
         add("energy/external", out, "J", &[], "work of loads and moving boundaries since time 0", External);
         add("energy/total", out, "J", &[], "kinetic plus stored energy less external work: constant where nothing dissipates", Total);
         add("energy/nodal_kinetic", out, "J", &[], "kinetic energy of the nodes", NodalKinetic);
-        add("energy/interpolation_error", out, "J", &[], "change of nodal less change of particle kinetic energy (Bardenhagen 2002)", InterpolationError);
-        add("energy/algorithmic_error", out, "J", &[], "what else the energy lost (Bardenhagen 2002), external work taken off", AlgorithmicError);
+        add(
+            "energy/interpolation_error",
+            out,
+            "J",
+            &[],
+            "change of nodal less change of particle kinetic energy (Bardenhagen 2002)",
+            InterpolationError,
+        );
+        add(
+            "energy/algorithmic_error",
+            out,
+            "J",
+            &[],
+            "what else the energy lost (Bardenhagen 2002), external work taken off",
+            AlgorithmicError,
+        );
         add("momentum/linear", out, "kg m/s", &[d], "momentum", Linear);
         if d > 1 {
             add("momentum/angular", out, "kg m2/s", &[if d == 2 { 1 } else { 3 }], "moment of momentum about the origin", Angular);
@@ -131,7 +155,13 @@ impl Outputs {
         }
         if let Some(exact) = exact {
             let kinds = [
-                (exact.has_displacement(), "displacement", "m", "RMS and largest error of the displacement against [exact]", DisplacementError),
+                (
+                    exact.has_displacement(),
+                    "displacement",
+                    "m",
+                    "RMS and largest error of the displacement against [exact]",
+                    DisplacementError,
+                ),
                 (exact.has_velocity(), "velocity", "m/s", "RMS and largest error of the velocity against [exact]", VelocityError),
                 (exact.has_stress(), "stress", "Pa", "RMS and largest error of the stress components given in [exact]", StressError),
             ];
@@ -219,7 +249,9 @@ impl Source<'_> {
             }),
             DeformationGradient => self.each(to, |row, out| put(&deformation(d, state, row), out)),
             Volume => self.each(to, |row, out| out[0] = particles.volume[row] * deformation(d, state, row).determinant()),
-            Density => self.each(to, |row, out| out[0] = particles.mass[row] / (particles.volume[row] * deformation(d, state, row).determinant())),
+            Density => {
+                self.each(to, |row, out| out[0] = particles.mass[row] / (particles.volume[row] * deformation(d, state, row).determinant()))
+            }
             Mass => self.each(to, |row, out| out[0] = particles.mass[row]),
             Body => self.each(to, |row, out| out[0] = f64::from(particles.body[row])),
             Kinetic => to[0] = now.kinetic,
@@ -248,8 +280,12 @@ impl Source<'_> {
             }
             Reaction(i) => to.copy_from_slice(&state.reactions[i][..d]),
             Input(load) => to.copy_from_slice(&state.inputs[load]),
-            DisplacementError => self.error(to, |exact, row, x| exact.displacement(x, state.time).map(|e| (self.displacement(row)[..d].to_vec(), e))),
-            VelocityError => self.error(to, |exact, row, x| exact.velocity(x, state.time).map(|e| (now.velocity.row::<3>(row)[..d].to_vec(), e))),
+            DisplacementError => {
+                self.error(to, |exact, row, x| exact.displacement(x, state.time).map(|e| (self.displacement(row)[..d].to_vec(), e)))
+            }
+            VelocityError => {
+                self.error(to, |exact, row, x| exact.velocity(x, state.time).map(|e| (now.velocity.row::<3>(row)[..d].to_vec(), e)))
+            }
             StressError => self.error(to, |exact, row, x| exact.stress(x, state.time, &self.stress(row))),
         }
     }

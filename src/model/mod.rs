@@ -56,7 +56,10 @@ pub(crate) struct Boundary {
 #[derive(Debug, Clone)]
 enum Region {
     /// The first or last function of an axis.
-    Face { axis: usize, upper: bool },
+    Face {
+        axis: usize,
+        upper: bool,
+    },
     Shape(Shape),
 }
 
@@ -169,10 +172,18 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         let start = samples.len();
         samples.extend(sample(body, &axes));
         if samples.len() == start {
-            return Err(Fault::new(format!("body.{name}.shape"), "holds no particle; make it larger than a particle spacing, or the cells smaller"));
+            return Err(Fault::new(
+                format!("body.{name}.shape"),
+                "holds no particle; make it larger than a particle spacing, or the cells smaller",
+            ));
         }
         body_of.resize(samples.len(), index as u16);
-        bodies.push(Body { name: name.clone(), material: Material::new(material), density: material.density, particles: start..samples.len() });
+        bodies.push(Body {
+            name: name.clone(),
+            material: Material::new(material),
+            density: material.density,
+            particles: start..samples.len(),
+        });
     }
     let n = samples.len();
     let embedding = Embedding::new(dimension, scene.plane);
@@ -205,7 +216,8 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
     let loads = scene.load.iter().map(|(name, l)| finder.load(name, l)).collect::<Result<Vec<_>, _>>()?;
     let probes = scene.probe.iter().map(|(name, p)| finder.probe(name, p)).collect();
     state.reactions = vec![[0.0; 3]; boundaries.len()];
-    state.inputs = loads.iter().map(|l| if matches!(l.signal, Signal::External) { vec![0.0; l.components(dimension)] } else { Vec::new() }).collect();
+    state.inputs =
+        loads.iter().map(|l| if matches!(l.signal, Signal::External) { vec![0.0; l.components(dimension)] } else { Vec::new() }).collect();
 
     let flip_share = match scene.method.transfer {
         Transfer::Flip => scene.method.flip_share.unwrap_or(1.0),
@@ -219,11 +231,14 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
     let needs = Needs {
         affine,
         increment: flip_share > 0.0 || light > 0.0,
-        body_force: loads.iter().any(|l| matches!(l.target, Target::BodyForce(_)) || (matches!(l.target, Target::Gravity) && l.signal.varies_in_space())),
+        body_force: loads
+            .iter()
+            .any(|l| matches!(l.target, Target::BodyForce(_)) || (matches!(l.target, Target::Gravity) && l.signal.varies_in_space())),
         history,
         lateral,
         lookup: loads.iter().any(|l| matches!(l.target, Target::Traction(_) | Target::Pressure(_) | Target::PointForce(_))),
-        work: !loads.is_empty() || boundaries.iter().any(|b: &Boundary| b.velocity.iter().flatten().any(|f| f.uses(0) || f.eval(&[0.0]) != 0.0)),
+        work: !loads.is_empty()
+            || boundaries.iter().any(|b: &Boundary| b.velocity.iter().flatten().any(|f| f.uses(0) || f.eval(&[0.0]) != 0.0)),
     };
     let model = Model {
         dimension,

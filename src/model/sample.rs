@@ -36,7 +36,9 @@ pub(crate) fn sample(body: &Body, axes: &[Spline]) -> Vec<Sample> {
     let counts: Vec<usize> = columns.iter().map(Column::len).collect();
     for cell in Odometer::new(columns.iter().map(|c| c.cells).collect()) {
         for point in Odometer::new(counts.clone()) {
-            let place = |a: usize| axes[a].origin() + axes[a].cell_size() * ((columns[a].first + cell[a] as i32) as f64 + columns[a].points[point[a]].0);
+            let place = |a: usize| {
+                axes[a].origin() + axes[a].cell_size() * ((columns[a].first + cell[a] as i32) as f64 + columns[a].points[point[a]].0)
+            };
             let mut position = [0.0; 3];
             let mut volume = cell_volume;
             for a in 0..dimension {

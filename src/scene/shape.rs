@@ -95,9 +95,7 @@ impl Shape {
     /// Whether `x` lies in the region; its surface belongs to it. `slack` \[m\] widens the region.
     pub fn contains(&self, x: &[f64], slack: f64) -> bool {
         match self {
-            Self::Box { min, max } => {
-                (0..x.len()).all(|a| x[a] >= min[a] - slack && x[a] <= max[a] + slack)
-            }
+            Self::Box { min, max } => (0..x.len()).all(|a| x[a] >= min[a] - slack && x[a] <= max[a] + slack),
             Self::Disk { center, radius } | Self::Sphere { center, radius } => distance(x, center) <= radius + slack,
             Self::Ring { center, inner, outer } => {
                 let r = distance(x, center);
@@ -128,9 +126,7 @@ impl Shape {
             Self::Polygon { points } => inside_polygon(x, points) && !near_polygon(x, points, slack.max(f64::MIN_POSITIVE)),
             Self::Box { min, max } => (0..x.len()).all(|a| x[a] > min[a] + slack && x[a] < max[a] - slack),
             Self::Disk { center, radius } | Self::Sphere { center, radius } => distance(x, center) < radius - slack,
-            Self::HalfSpace { point, normal } => {
-                (0..x.len()).map(|a| (x[a] - point[a]) * normal[a]).sum::<f64>() < -slack * norm(normal)
-            }
+            Self::HalfSpace { point, normal } => (0..x.len()).map(|a| (x[a] - point[a]) * normal[a]).sum::<f64>() < -slack * norm(normal),
             Self::Union(parts) => parts.iter().any(|part| part.contains_interior(x, slack)),
             Self::Intersection(parts) => parts.iter().all(|part| part.contains_interior(x, slack)),
             Self::Difference(parts) => match parts.split_first() {
@@ -159,8 +155,12 @@ impl Shape {
                 }
                 (lo, hi)
             }
-            Self::Union(parts) => parts.iter().map(|p| p.bounds(dimension)).fold(none, |(lo, hi), (l, h)| (zip(&lo, &l, f64::min), zip(&hi, &h, f64::max))),
-            Self::Intersection(parts) => parts.iter().map(|p| p.bounds(dimension)).fold(all, |(lo, hi), (l, h)| (zip(&lo, &l, f64::max), zip(&hi, &h, f64::min))),
+            Self::Union(parts) => {
+                parts.iter().map(|p| p.bounds(dimension)).fold(none, |(lo, hi), (l, h)| (zip(&lo, &l, f64::min), zip(&hi, &h, f64::max)))
+            }
+            Self::Intersection(parts) => {
+                parts.iter().map(|p| p.bounds(dimension)).fold(all, |(lo, hi), (l, h)| (zip(&lo, &l, f64::max), zip(&hi, &h, f64::min)))
+            }
             Self::Difference(parts) => parts.first().map_or(none, |p| p.bounds(dimension)),
         }
     }
@@ -171,9 +171,16 @@ impl Shape {
         match self {
             Self::Box { min, max } => (0..min.len())
                 .flat_map(|axis| [false, true].map(|upper| (axis, upper)))
-                .map(|(axis, upper)| face(format!("{}{}", AXES[axis.min(2)], if upper { '+' } else { '-' }), FaceKind::Side { min: min.clone(), max: max.clone(), axis, upper }))
+                .map(|(axis, upper)| {
+                    face(
+                        format!("{}{}", AXES[axis.min(2)], if upper { '+' } else { '-' }),
+                        FaceKind::Side { min: min.clone(), max: max.clone(), axis, upper },
+                    )
+                })
                 .collect(),
-            Self::Disk { center, radius } => vec![face("outer".into(), FaceKind::Circle { center: center.clone(), radius: *radius, sign: 1.0 })],
+            Self::Disk { center, radius } => {
+                vec![face("outer".into(), FaceKind::Circle { center: center.clone(), radius: *radius, sign: 1.0 })]
+            }
             Self::Sphere { center, radius } => vec![face("outer".into(), FaceKind::Ball { center: center.clone(), radius: *radius })],
             Self::Ring { center, inner, outer } => vec![
                 face("inner".into(), FaceKind::Circle { center: center.clone(), radius: *inner, sign: -1.0 }),
@@ -197,7 +204,12 @@ impl Shape {
                     .iter()
                     .enumerate()
                     .flat_map(|(i, part)| part.faces().into_iter().map(move |f| (i, f)))
-                    .map(|(i, f)| face(format!("{}/{}", i + 1, f.name), FaceKind::Part { face: Box::new(f.kind), whole: self.clone(), inverted: subtracts && i > 0 }))
+                    .map(|(i, f)| {
+                        face(
+                            format!("{}/{}", i + 1, f.name),
+                            FaceKind::Part { face: Box::new(f.kind), whole: self.clone(), inverted: subtracts && i > 0 },
+                        )
+                    })
                     .collect()
             }
         }
@@ -222,7 +234,10 @@ impl FaceKind {
                 (0..n)
                     .map(|i| {
                         let (s, c) = (2.0 * PI * (i as f64 + 0.5) / n as f64).sin_cos();
-                        FacePoint { position: vec![center[0] + radius * c, center[1] + radius * s], area: vec![sign * share * c, sign * share * s] }
+                        FacePoint {
+                            position: vec![center[0] + radius * c, center[1] + radius * s],
+                            area: vec![sign * share * c, sign * share * s],
+                        }
                     })
                     .collect()
             }

@@ -1,7 +1,8 @@
 //! Grid to particles, and the update of the particles.
 
-use super::{Rows, fma, nodes};
-use crate::basis::Stencil;
+use super::lanes::Vector;
+use super::{Rows, nodes};
+use crate::basis::{BATCH, Stencils, Third};
 use crate::grid::{Lanes, Tile};
 use crate::material::{Increment, embed};
 use crate::model::Model;
@@ -66,20 +67,24 @@ pub(crate) enum FaultKind {
 /// # Safety
 /// As [`super::Kernels::gather`].
 #[inline(always)]
-pub(super) unsafe fn gather<const D: usize, const W: usize, const FMA: bool>(task: &GatherTask, range: Range<usize>, tile: &Tile) -> GatherReport {
+pub(super) unsafe fn gather<const D: usize, const W: usize, V: Vector>(
+    task: &GatherTask,
+    range: Range<usize>,
+    tile: &Tile,
+) -> GatherReport {
     let kicks = task.kick.is_some();
     let (affine, increment) = (kicks && task.affine, kicks && task.increment);
     // SAFETY: the caller's promise.
     unsafe {
         match (task.strain.is_some(), affine, increment) {
-            (false, false, false) => particles::<D, W, FMA, false, false, false>(task, range, tile),
-            (false, false, true) => particles::<D, W, FMA, false, false, true>(task, range, tile),
-            (false, true, false) => particles::<D, W, FMA, false, true, false>(task, range, tile),
-            (false, true, true) => particles::<D, W, FMA, false, true, true>(task, range, tile),
-            (true, false, false) => particles::<D, W, FMA, true, false, false>(task, range, tile),
-            (true, false, true) => particles::<D, W, FMA, true, false, true>(task, range, tile),
-            (true, true, false) => particles::<D, W, FMA, true, true, false>(task, range, tile),
-            (true, true, true) => particles::<D, W, FMA, true, true, true>(task, range, tile),
+            (false, false, false) => particles::<D, W, V, false, false, false>(task, range, tile),
+            (false, false, true) => particles::<D, W, V, false, false, true>(task, range, tile),
+            (false, true, false) => particles::<D, W, V, false, true, false>(task, range, tile),
+            (false, true, true) => particles::<D, W, V, false, true, true>(task, range, tile),
+            (true, false, false) => particles::<D, W, V, true, false, false>(task, range, tile),
+            (true, false, true) => particles::<D, W, V, true, false, true>(task, range, tile),
+            (true, true, false) => particles::<D, W, V, true, true, false>(task, range, tile),
+            (true, true, true) => particles::<D, W, V, true, true, true>(task, range, tile),
         }
     }
 }
@@ -87,69 +92,96 @@ pub(super) unsafe fn gather<const D: usize, const W: usize, const FMA: bool>(tas
 /// # Safety
 /// As [`super::Kernels::gather`].
 #[inline(always)]
-unsafe fn particles<const D: usize, const W: usize, const FMA: bool, const GRADIENT: bool, const AFFINE: bool, const INCREMENT: bool>(
+unsafe fn particles<const D: usize, const W: usize, V: Vector, const GRADIENT: bool, const AFFINE: bool, const INCREMENT: bool>(
     task: &GatherTask,
     range: Range<usize>,
     tile: &Tile,
 ) -> GatherReport {
     let rows = &task.rows;
     let mut report = GatherReport { fault: None, work: 0.0, pace: 1.0 };
-    for p in range {
-        // SAFETY: row p is ours.
-        let mut position = unsafe { rows.vector::<D, 3>(&rows.position, p) };
-        let stencil = Stencil::<W>::at::<D, AFFINE>(&task.model.axes, position);
-        let sample = interpolate::<D, W, FMA, GRADIENT, AFFINE, INCREMENT>(&stencil, tile);
-        if let Some(kick) = task.kick {
-            let mut velocity: [f64; D] = std::array::from_fn(|a| sample.velocity[1 + a]);
-            if INCREMENT {
-                let share = task.flip_share;
-                // SAFETY: row p is ours.
-                let old = unsafe { rows.vector::<D, 3>(&rows.velocity, p) };
-                for a in 0..D {
-                    let flip = old[a] + kick * sample.acceleration[1 + a];
-                    // a pure FLIP must not touch the PIC velocity: 0 times it may lose the last bit
-                    velocity[a] = if share == 1.0 {
-                        flip
-                    } else if share == 0.0 {
-                        velocity[a] + kick * sample.acceleration[1 + a]
-                    } else {
-                        share * flip + (1.0 - share) * velocity[a]
-                    };
-                }
-            }
-            // SAFETY: row p is ours.
-            unsafe { rows.set_vector(&rows.velocity, p, velocity) };
-            if AFFINE {
-                let c: [[f64; D]; D] = std::array::from_fn(|a| std::array::from_fn(|k| sample.affine[3 - D + k][1 + a]));
-                // SAFETY: row p is ours.
-                unsafe { rows.set_tensor(&rows.affine, p, c) };
-            }
+    // First the stencils of a few particles, then the fields there, then the particles: no stage waits for the one before it.
+    let third = if AFFINE { Third::Affine } else { Third::Nothing };
+    let (mut stencils, mut samples) = (Stencils::<W>::default(), [Sample::default(); BATCH]);
+    let mut start = range.start;
+    while start < range.end {
+        let count = BATCH.min(range.end - start);
+        // SAFETY: these rows are ours.
+        stencils.set::<D>(&task.model.axes, &unsafe { rows.batch(&rows.position, start, start + count) }, third);
+        for (lane, sample) in samples[..count].iter_mut().enumerate() {
+            *sample = interpolate::<D, W, V, GRADIENT, AFFINE, INCREMENT>(&stencils, lane, tile);
         }
-        if let Some(dt) = task.drift {
-            for a in 0..D {
-                let motion = dt * sample.velocity[1 + a];
-                position[a] += motion;
-                let own = task.body_force.get(a).map_or(0.0, |b| b[p]);
-                report.work += rows.mass[p] * (task.gravity[a] + own) * motion;
-            }
-            if !position.iter().zip(&task.model.axes).all(|(&x, axis)| axis.holds(x)) {
-                let finite = position.iter().all(|x| x.is_finite());
-                let place = std::array::from_fn(|a| if a < D { position[a] } else { 0.0 });
-                report.fault.get_or_insert(Fault { row: p, kind: if finite { FaultKind::Left(place) } else { FaultKind::NotFinite } });
-            }
+        for (sample, p) in samples[..count].iter().zip(start..) {
             // SAFETY: row p is ours.
-            unsafe { rows.set_vector(&rows.position, p, position) };
+            unsafe { update::<D, GRADIENT, AFFINE, INCREMENT>(task, p, sample, &mut report) };
         }
-        if GRADIENT {
-            let dt = task.strain.unwrap_or(0.0);
-            let gradient: [[f64; D]; D] = std::array::from_fn(|a| std::array::from_fn(|k| dt * sample.gradient[3 - D + k][1 + a]));
-            // SAFETY: row p is ours.
-            if let Err(kind) = unsafe { strain::<D>(task, p, gradient, &mut report) } {
-                report.fault.get_or_insert(Fault { row: p, kind });
-            }
-        }
+        start += count;
     }
     report
+}
+
+/// Velocity, position, deformation and stress of one particle.
+///
+/// # Safety
+/// Row `p` of the task is the caller's.
+#[inline(always)]
+unsafe fn update<const D: usize, const GRADIENT: bool, const AFFINE: bool, const INCREMENT: bool>(
+    task: &GatherTask,
+    p: usize,
+    sample: &Sample,
+    report: &mut GatherReport,
+) {
+    let rows = &task.rows;
+    if let Some(kick) = task.kick {
+        let mut velocity: [f64; D] = std::array::from_fn(|a| sample.velocity[1 + a]);
+        if INCREMENT {
+            let share = task.flip_share;
+            // SAFETY: row p is ours.
+            let old = unsafe { rows.vector::<D, 3>(&rows.velocity, p) };
+            for a in 0..D {
+                let flip = old[a] + kick * sample.acceleration[1 + a];
+                // a pure FLIP must not touch the PIC velocity: 0 times it may lose the last bit
+                velocity[a] = if share == 1.0 {
+                    flip
+                } else if share == 0.0 {
+                    velocity[a] + kick * sample.acceleration[1 + a]
+                } else {
+                    share * flip + (1.0 - share) * velocity[a]
+                };
+            }
+        }
+        // SAFETY: row p is ours.
+        unsafe { rows.set_vector(&rows.velocity, p, velocity) };
+        if AFFINE {
+            let c: [[f64; D]; D] = std::array::from_fn(|a| std::array::from_fn(|k| sample.affine[3 - D + k][1 + a]));
+            // SAFETY: row p is ours.
+            unsafe { rows.set_tensor(&rows.affine, p, c) };
+        }
+    }
+    if let Some(dt) = task.drift {
+        // SAFETY: row p is ours.
+        let mut position = unsafe { rows.vector::<D, 3>(&rows.position, p) };
+        for a in 0..D {
+            let motion = dt * sample.velocity[1 + a];
+            position[a] += motion;
+            let own = task.body_force.get(a).map_or(0.0, |b| b[p]);
+            report.work += rows.mass[p] * (task.gravity[a] + own) * motion;
+        }
+        if !position.iter().zip(&task.model.axes).all(|(&x, axis)| axis.holds(x)) {
+            let finite = position.iter().all(|x| x.is_finite());
+            let place = std::array::from_fn(|a| if a < D { position[a] } else { 0.0 });
+            report.fault.get_or_insert(Fault { row: p, kind: if finite { FaultKind::Left(place) } else { FaultKind::NotFinite } });
+        }
+        // SAFETY: row p is ours.
+        unsafe { rows.set_vector(&rows.position, p, position) };
+    }
+    if GRADIENT {
+        let dt = task.strain.unwrap_or(0.0);
+        let gradient: [[f64; D]; D] = std::array::from_fn(|a| std::array::from_fn(|k| dt * sample.gradient[3 - D + k][1 + a]));
+        // SAFETY: row p is ours.
+        if let Err(kind) = unsafe { strain::<D>(task, p, gradient, report) } {
+            report.fault.get_or_insert(Fault { row: p, kind });
+        }
+    }
 }
 
 /// Deformation gradient, stress history and thickness of one particle.
@@ -231,6 +263,7 @@ fn inverse<const D: usize>(m: &[[f64; D]; D]) -> Option<[[f64; D]; D]> {
 }
 
 /// Grid fields at a particle. Lane 0 carries nothing of use.
+#[derive(Clone, Copy, Default)]
 struct Sample {
     velocity: Lanes,
     acceleration: Lanes,
@@ -241,13 +274,14 @@ struct Sample {
 }
 
 #[inline(always)]
-fn interpolate<const D: usize, const W: usize, const FMA: bool, const GRADIENT: bool, const AFFINE: bool, const INCREMENT: bool>(
-    s: &Stencil<W>,
+fn interpolate<const D: usize, const W: usize, V: Vector, const GRADIENT: bool, const AFFINE: bool, const INCREMENT: bool>(
+    s: &Stencils<W>,
+    lane: usize,
     tile: &Tile,
 ) -> Sample {
-    let zero = Lanes::default();
-    let mut sample = Sample { velocity: zero, acceleration: zero, gradient: [zero; 3], affine: [zero; 3] };
-    let start = tile.frame.index(s.first);
+    let zero = V::zero();
+    let (mut velocity, mut acceleration, mut gradient, mut affine) = (zero, zero, [zero; 3], [zero; 3]);
+    let start = tile.frame.index(s.first(lane));
     let stride = tile.frame.stride;
     for i in 0..nodes::<D, W>(0) {
         // sums over slots 1 and 2: value; derivative along slot 1, slot 2; moment along slot 1, slot 2
@@ -255,51 +289,63 @@ fn interpolate<const D: usize, const W: usize, const FMA: bool, const GRADIENT: 
         let (mut d1, mut d2, mut m1, mut m2) = (zero, zero, zero, zero);
         for j in 0..nodes::<D, W>(1) {
             let row = start + i * stride[0] + j * stride[1];
-            let velocities = &tile.momentum[row..row + W];
+            let velocities: &[Lanes; W] = row_of(&tile.momentum, row);
             let (mut value, mut slope, mut moment) = (zero, zero, zero);
             for k in 0..W {
-                value = fma::<FMA>(s.weight[2][k], velocities[k], value);
+                let node = V::load(&velocities[k]);
+                value = V::fma(s.weight[2][k][lane], node, value);
                 if GRADIENT {
-                    slope = fma::<FMA>(s.slope[2][k], velocities[k], slope);
+                    slope = V::fma(s.slope[2][k][lane], node, slope);
                 }
                 if AFFINE {
-                    moment = fma::<FMA>(s.affine[2][k], velocities[k], moment);
+                    moment = V::fma(s.third[2][k][lane], node, moment);
                 }
             }
-            let n1 = s.weight[1][j];
-            v = fma::<FMA>(n1, value, v);
+            let n1 = s.weight[1][j][lane];
+            v = V::fma(n1, value, v);
             if GRADIENT {
-                d1 = fma::<FMA>(s.slope[1][j], value, d1);
-                d2 = fma::<FMA>(n1, slope, d2);
+                d1 = V::fma(s.slope[1][j][lane], value, d1);
+                d2 = V::fma(n1, slope, d2);
             }
             if AFFINE {
-                m1 = fma::<FMA>(s.affine[1][j], value, m1);
-                m2 = fma::<FMA>(n1, moment, m2);
+                m1 = V::fma(s.third[1][j][lane], value, m1);
+                m2 = V::fma(n1, moment, m2);
             }
             if INCREMENT {
-                let accelerations = &tile.force[row..row + W];
+                let accelerations: &[Lanes; W] = row_of(&tile.force, row);
                 let mut value = zero;
                 for k in 0..W {
-                    value = fma::<FMA>(s.weight[2][k], accelerations[k], value);
+                    value = V::fma(s.weight[2][k][lane], V::load(&accelerations[k]), value);
                 }
-                a = fma::<FMA>(n1, value, a);
+                a = V::fma(n1, value, a);
             }
         }
-        let n0 = s.weight[0][i];
-        sample.velocity = fma::<FMA>(n0, v, sample.velocity);
+        let n0 = s.weight[0][i][lane];
+        velocity = V::fma(n0, v, velocity);
         if INCREMENT {
-            sample.acceleration = fma::<FMA>(n0, a, sample.acceleration);
+            acceleration = V::fma(n0, a, acceleration);
         }
         if GRADIENT {
-            sample.gradient[0] = fma::<FMA>(s.slope[0][i], v, sample.gradient[0]);
-            sample.gradient[1] = fma::<FMA>(n0, d1, sample.gradient[1]);
-            sample.gradient[2] = fma::<FMA>(n0, d2, sample.gradient[2]);
+            gradient[0] = V::fma(s.slope[0][i][lane], v, gradient[0]);
+            gradient[1] = V::fma(n0, d1, gradient[1]);
+            gradient[2] = V::fma(n0, d2, gradient[2]);
         }
         if AFFINE {
-            sample.affine[0] = fma::<FMA>(s.affine[0][i], v, sample.affine[0]);
-            sample.affine[1] = fma::<FMA>(n0, m1, sample.affine[1]);
-            sample.affine[2] = fma::<FMA>(n0, m2, sample.affine[2]);
+            affine[0] = V::fma(s.third[0][i][lane], v, affine[0]);
+            affine[1] = V::fma(n0, m1, affine[1]);
+            affine[2] = V::fma(n0, m2, affine[2]);
         }
     }
-    sample
+    Sample {
+        velocity: velocity.lanes(),
+        acceleration: acceleration.lanes(),
+        gradient: gradient.map(V::lanes),
+        affine: affine.map(V::lanes),
+    }
+}
+
+/// The `W` nodes from `start` on. The tile covers the cells of its bin.
+#[inline(always)]
+fn row_of<const W: usize>(nodes: &[Lanes], start: usize) -> &[Lanes; W] {
+    nodes[start..].first_chunk().expect("a tile covers the stencils of its particles")
 }

@@ -7,6 +7,7 @@
 //! Sums over the stencil are carried out axis by axis: what is common to a row of nodes is computed once a row.
 
 mod gather;
+mod lanes;
 mod rows;
 mod scatter;
 
@@ -14,8 +15,9 @@ pub(crate) use gather::{Fault, FaultKind, GatherReport, GatherTask};
 pub(crate) use rows::Rows;
 pub(crate) use scatter::ScatterTask;
 
-use crate::basis::{Spline, Stencil};
-use crate::grid::{Lanes, Tile};
+use crate::basis::{BATCH, Spline, Stencils, Third};
+use crate::grid::Tile;
+use lanes::Portable;
 use std::ops::Range;
 
 /// The kernels of a scene.
@@ -54,7 +56,7 @@ impl Kernels {
         if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
             return Self { scatter: x86::scatter::<D, W>, gather: x86::gather::<D, W>, point };
         }
-        Self { scatter: scatter::scatter::<D, W, PORTABLE_FMA>, gather: gather::gather::<D, W, PORTABLE_FMA>, point }
+        Self { scatter: scatter::scatter::<D, W, Portable>, gather: gather::gather::<D, W, Portable>, point }
     }
 
     /// Adds mass, momentum and forces of the particles in `range` to the tile.
@@ -81,12 +83,10 @@ impl Kernels {
     }
 }
 
-/// Whether code for the plain target of this build has a fused multiply-add.
-const PORTABLE_FMA: bool = cfg!(any(target_arch = "aarch64", target_feature = "fma"));
-
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     //! The same kernels, compiled for CPUs with AVX2 and FMA (all x86-64 since 2013-2015).
+    use super::lanes::Avx2;
     use super::*;
 
     /// # Safety
@@ -94,7 +94,7 @@ mod x86 {
     #[target_feature(enable = "avx2,fma")]
     pub(super) unsafe fn scatter<const D: usize, const W: usize>(task: &ScatterTask, range: Range<usize>, tile: &mut Tile) {
         // SAFETY: the caller's promise.
-        unsafe { scatter::scatter::<D, W, true>(task, range, tile) }
+        unsafe { scatter::scatter::<D, W, Avx2>(task, range, tile) }
     }
 
     /// # Safety
@@ -102,19 +102,8 @@ mod x86 {
     #[target_feature(enable = "avx2,fma")]
     pub(super) unsafe fn gather<const D: usize, const W: usize>(task: &GatherTask, range: Range<usize>, tile: &Tile) -> GatherReport {
         // SAFETY: the caller's promise.
-        unsafe { gather::gather::<D, W, true>(task, range, tile) }
+        unsafe { gather::gather::<D, W, Avx2>(task, range, tile) }
     }
-}
-
-/// `a * x + y`, lane by lane, in one rounding where the CPU can.
-#[inline(always)]
-fn fma<const FMA: bool>(a: f64, x: Lanes, y: Lanes) -> Lanes {
-    std::array::from_fn(|l| if FMA { a.mul_add(x[l], y[l]) } else { a * x[l] + y[l] })
-}
-
-#[inline(always)]
-fn scale(a: f64, x: Lanes) -> Lanes {
-    x.map(|v| a * v)
 }
 
 /// Nodes along a slot: `W`, or one in a slot that is not used.
@@ -126,22 +115,22 @@ const fn nodes<const D: usize, const W: usize>(slot: usize) -> usize {
 /// First-order Taylor expansion of the shape functions around the particle: N_i(x_p) + grad N_i(x_p) . arm. The weights sum to 1 and
 /// their first moment is that of the point, so force and moment of a surface load are exact, and only nodes with mass are loaded.
 fn point_weights<const D: usize, const W: usize>(axes: &[Spline], position: [f64; 3], arm: [f64; 3], weights: &mut Vec<([i32; 3], f64)>) {
-    let mut place = [0.0; D];
-    place.copy_from_slice(&position[..D]);
-    let s = Stencil::<W>::at::<D, false>(axes, place);
+    let place: [_; D] = std::array::from_fn(|a| [position[a]; BATCH]);
+    let s = Stencils::<W>::at::<D>(axes, &place, Third::Nothing);
+    let first = s.first(0);
     weights.clear();
     for i in 0..nodes::<D, W>(0) {
         for j in 0..nodes::<D, W>(1) {
             for k in 0..nodes::<D, W>(2) {
                 let at = [i, j, k];
-                let n: [f64; 3] = std::array::from_fn(|slot| s.weight[slot][at[slot]]);
+                let n: [f64; 3] = std::array::from_fn(|slot| s.weight[slot][at[slot]][0]);
                 let mut weight = n[0] * n[1] * n[2];
                 for axis in 0..D {
                     let slot = 3 - D + axis;
                     let others: f64 = (0..3).filter(|&o| o != slot).map(|o| n[o]).product();
-                    weight += s.slope[slot][at[slot]] * others * arm[axis];
+                    weight += s.slope[slot][at[slot]][0] * others * arm[axis];
                 }
-                weights.push((std::array::from_fn(|slot| s.first[slot] + at[slot] as i32), weight));
+                weights.push((std::array::from_fn(|slot| first[slot] + at[slot] as i32), weight));
             }
         }
     }

@@ -1,5 +1,6 @@
 //! Particle arrays as the kernels see them: bins own disjoint ranges of rows, so they may be worked on side by side.
 
+use crate::basis::Batch;
 use crate::material::{History, MAX_HISTORY};
 use crate::state::{Particles, Table};
 use std::marker::PhantomData;
@@ -74,6 +75,16 @@ impl<'a> Rows<'a> {
     pub(crate) unsafe fn vector<const D: usize, const N: usize>(&self, columns: &Columns<N>, p: usize) -> [f64; D] {
         // SAFETY: the caller keeps the contract.
         std::array::from_fn(|a| unsafe { *columns.0[a].add(p) })
+    }
+
+    /// The first `D` numbers of the rows from `start` to below `end`, by component; the last row again where there are fewer than eight.
+    ///
+    /// # Safety
+    /// As the contract of [`Rows`] says; `start` is below `end`.
+    #[inline(always)]
+    pub(crate) unsafe fn batch<const D: usize>(&self, columns: &Columns<3>, start: usize, end: usize) -> [Batch; D] {
+        // SAFETY: the caller keeps the contract.
+        std::array::from_fn(|a| std::array::from_fn(|l: usize| unsafe { *columns.0[a].add((start + l).min(end - 1)) }))
     }
 
     /// # Safety
