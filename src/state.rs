@@ -6,40 +6,66 @@ use serde::{Deserialize, Serialize};
 /// neighbouring particles from neighbouring memory.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Table {
-    columns: Vec<Vec<f64>>,
+    width: usize,
+    rows: usize,
+    data: Vec<f64>,
+}
+
+/// From one column to the next. A kernel walks down all columns at once; were they a multiple of the page size apart, all would compete
+/// for the same few lines of the cache (measured: 1.6 times slower with a million particles).
+fn stride(rows: usize) -> usize {
+    const NUMBERS_PER_LINE: usize = 8;
+    const LINES_PER_PAGE: usize = 64;
+    let lines = rows.div_ceil(NUMBERS_PER_LINE);
+    let shift = if lines < LINES_PER_PAGE { 0 } else { (5 + LINES_PER_PAGE - lines % LINES_PER_PAGE) % LINES_PER_PAGE };
+    (lines + shift) * NUMBERS_PER_LINE
 }
 
 impl Table {
     pub(crate) fn new(width: usize, rows: usize) -> Self {
-        Self { columns: vec![vec![0.0; rows]; width] }
+        Self { width, rows, data: vec![0.0; width * stride(rows)] }
     }
     pub(crate) fn width(&self) -> usize {
-        self.columns.len()
+        self.width
     }
     pub(crate) fn column(&self, c: usize) -> &[f64] {
-        &self.columns[c]
+        let start = c * stride(self.rows);
+        &self.data[start..start + self.rows]
     }
     pub(crate) fn column_mut(&mut self, c: usize) -> &mut [f64] {
-        &mut self.columns[c]
+        let start = c * stride(self.rows);
+        &mut self.data[start..start + self.rows]
     }
-    pub(crate) fn columns_mut(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
-        self.columns.iter_mut()
+    pub(crate) fn columns_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
+        let rows = self.rows;
+        self.data.chunks_mut(stride(rows).max(1)).map(move |column| &mut column[..rows])
     }
     /// The first `N` numbers of a row; those beyond the width are 0.
     pub(crate) fn row<const N: usize>(&self, p: usize) -> [f64; N] {
         let mut row = [0.0; N];
-        for (value, column) in row.iter_mut().zip(&self.columns) {
-            *value = column[p];
+        for (c, value) in row.iter_mut().enumerate().take(self.width) {
+            *value = self.column(c)[p];
         }
         row
     }
     pub(crate) fn set_row(&mut self, p: usize, row: &[f64]) {
-        for (column, value) in self.columns.iter_mut().zip(row) {
+        for (column, value) in self.columns_mut().zip(row) {
             column[p] = *value;
         }
     }
+    /// Puts row `order[p]` at place p.
+    pub(crate) fn permute(&mut self, order: &[usize]) {
+        let mut sorted = Self::new(self.width, self.rows);
+        for (c, column) in sorted.columns_mut().enumerate() {
+            let from = self.column(c);
+            for (to, &p) in column.iter_mut().zip(order) {
+                *to = from[p];
+            }
+        }
+        *self = sorted;
+    }
     fn is(&self, width: usize, rows: usize) -> bool {
-        self.columns.len() == width && self.columns.iter().all(|c| c.len() == rows)
+        self.width == width && self.rows == rows && self.data.len() == width * stride(rows)
     }
 }
 
@@ -149,7 +175,8 @@ impl State {
         to.mass.clone_from(&particles.mass);
         to.volume.clone_from(&particles.volume);
         for (to, from) in to.tables_mut().into_iter().zip(particles.tables()) {
-            to.columns.clone_from(&from.columns);
+            (to.width, to.rows) = (from.width, from.rows);
+            to.data.clone_from(&from.data);
         }
     }
 

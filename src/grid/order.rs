@@ -35,19 +35,14 @@ pub(crate) fn sort(axes: &[Spline], shape: BlockShape, particles: &mut Particles
 
 /// Puts particle `order[p]` at place p.
 fn permute(particles: &mut Particles, order: &[usize]) {
-    fn gather<T: Copy>(column: &mut Vec<T>, order: &[usize], spare: &mut Vec<T>) {
-        spare.clear();
-        spare.extend(order.iter().map(|&p| column[p]));
-        std::mem::swap(column, spare);
+    fn gather<T: Copy>(column: &mut Vec<T>, order: &[usize]) {
+        *column = order.iter().map(|&p| column[p]).collect();
     }
-    gather(&mut particles.id, order, &mut Vec::new());
-    gather(&mut particles.body, order, &mut Vec::new());
-    let mut spare = Vec::with_capacity(order.len());
-    gather(&mut particles.mass, order, &mut spare);
-    gather(&mut particles.volume, order, &mut spare);
+    gather(&mut particles.id, order);
+    gather(&mut particles.body, order);
+    gather(&mut particles.mass, order);
+    gather(&mut particles.volume, order);
     for table in particles.tables_mut() {
-        for column in table.columns_mut() {
-            gather(column, order, &mut spare);
-        }
+        table.permute(order);
     }
 }

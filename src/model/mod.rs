@@ -373,14 +373,17 @@ impl Finder<'_> {
             return Err(Fault::new(format!("load.{load}.{kind}.face"), format!("`{face}` of body `{body}` has no area on its surface")));
         }
         let near = Neighbours::new(self.reference, self.body(body).particles.clone(), self.axes);
-        Ok(points
-            .iter()
-            .map(|point| {
-                let mut area = [0.0; 3];
-                area[..point.area.len()].copy_from_slice(&point.area);
-                SurfacePoint { anchor: near.anchor(&point.position), area }
-            })
-            .collect())
+        // A point half-way between particles is shared by them, so that a symmetric body is loaded symmetrically.
+        let mut shares = Vec::new();
+        for point in &points {
+            let hosts = near.hosts(&point.position);
+            let mut area = [0.0; 3];
+            for (to, from) in area.iter_mut().zip(&point.area) {
+                *to = from / hosts.len() as f64;
+            }
+            shares.extend(hosts.into_iter().map(|anchor| SurfacePoint { anchor, area }));
+        }
+        Ok(shares)
     }
 
     fn anchor(&self, body: &Body, at: &[f64]) -> Anchor {
@@ -415,12 +418,18 @@ impl<'a> Neighbours<'a> {
 
     /// Hangs a point on its nearest particle, the one with the smallest id among equals.
     fn anchor(&self, at: &[f64]) -> Anchor {
+        self.hosts(at)[0]
+    }
+
+    /// Hangs a point on each of its nearest particles, by id; they are as near as each other up to round-off.
+    fn hosts(&self, at: &[f64]) -> Vec<Anchor> {
         let mut place = [0.0; 3];
         place[..at.len()].copy_from_slice(at);
-        let distance = |p: u32| {
+        let offset = |p: u32| -> [f64; 3] {
             let x = self.reference.row::<3>(p as usize);
-            (0..3).map(|a| (x[a] - place[a]).powi(2)).sum::<f64>()
+            std::array::from_fn(|a| place[a] - x[a])
         };
+        let distance = |p: u32| offset(p).iter().map(|d| d * d).sum::<f64>().sqrt();
         let home = self.cell(at);
         let around = (0..27).map(|k| [home[0] + k / 9 - 1, home[1] + k / 3 % 3 - 1, home[2] + k % 3 - 1]);
         let mut candidates: Vec<u32> = around.filter_map(|cell| self.cells.get(&cell)).flatten().copied().collect();
@@ -428,8 +437,9 @@ impl<'a> Neighbours<'a> {
             candidates = self.cells.values().flatten().copied().collect();
         }
         candidates.sort_unstable();
-        let particle = candidates.into_iter().min_by(|&a, &b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
-        let x = self.reference.row::<3>(particle as usize);
-        Anchor { particle, offset: std::array::from_fn(|a| place[a] - x[a]) }
+        let nearest = candidates.iter().map(|&p| distance(p)).fold(f64::INFINITY, f64::min);
+        let tie = 1e-9 * self.axes.iter().map(Spline::cell_size).fold(f64::INFINITY, f64::min);
+        let hosts = candidates.into_iter().filter(|&p| distance(p) <= nearest + tie);
+        hosts.map(|particle| Anchor { particle, offset: offset(particle) }).collect()
     }
 }

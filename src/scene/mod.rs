@@ -347,7 +347,7 @@ impl Default for Method {
         Self {
             basis: Basis::Bspline,
             degree: None,
-            integrator: Integrator::Usf,
+            integrator: Integrator::Musl,
             transfer: Transfer::Flip,
             flip_share: None,
             mass_tolerance: 0.1,
@@ -383,7 +383,8 @@ pub enum Integrator {
     Usf,
     /// Update stress last: from the updated nodal velocity. Cheapest; dissipates.
     Usl,
-    /// Modified update stress last: from the velocity projected again at the old positions (Sulsky 1994, Tielen 2016).
+    /// Modified update stress last: stress and positions from the velocity projected again (Sulsky 1994, Tielen 2016, section 3.2).
+    /// Keeps the energy; quieter than USF, for particles and their deformation move with the same field.
     Musl,
 }
 

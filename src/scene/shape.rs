@@ -229,7 +229,8 @@ impl FaceKind {
         match self {
             Self::Side { min, max, axis, upper } => side_points(min, max, *axis, *upper, spacing),
             Self::Circle { center, radius, sign } => {
-                let n = ((2.0 * PI * radius / spacing).ceil() as usize).clamp(8, 1_000_000);
+                // a multiple of four, so that the points are as symmetric as the circle and the grid
+                let n = ((2.0 * PI * radius / spacing).ceil() as usize).clamp(8, 1_000_000).next_multiple_of(4);
                 let share = 2.0 * PI * radius / n as f64;
                 (0..n)
                     .map(|i| {
@@ -287,13 +288,13 @@ fn side_points(min: &[f64], max: &[f64], axis: usize, upper: bool, spacing: f64)
 }
 
 fn ball_points(center: &[f64], radius: f64, spacing: f64) -> Vec<FacePoint> {
-    let rings = ((PI * radius / spacing).ceil() as usize).clamp(4, 10_000);
+    let rings = ((PI * radius / spacing).ceil() as usize).clamp(4, 10_000).next_multiple_of(2);
     let mut points = Vec::new();
     for i in 0..rings {
         let (low, high) = (PI * i as f64 / rings as f64, PI * (i + 1) as f64 / rings as f64);
         let polar = 0.5 * (low + high);
         let band = 2.0 * PI * radius * radius * (low.cos() - high.cos());
-        let n = ((2.0 * PI * radius * polar.sin() / spacing).ceil() as usize).max(4);
+        let n = ((2.0 * PI * radius * polar.sin() / spacing).ceil() as usize).max(4).next_multiple_of(4);
         for j in 0..n {
             let azimuth = 2.0 * PI * (j as f64 + 0.5) / n as f64;
             let normal = [polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos()];

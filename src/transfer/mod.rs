@@ -135,3 +135,24 @@ fn point_weights<const D: usize, const W: usize>(axes: &[Spline], position: [f64
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hung_force_has_its_exact_sum_and_moment_anywhere() {
+        // sum of weights 1 and first moment the point itself: then force and moment of any load are exact
+        let axes: Vec<Spline> = (0..3).map(|a| Spline::new(-1.0, 0.25 + 0.05 * a as f64, 9, 3)).collect();
+        let mut weights = Vec::new();
+        for (x, arm) in [([0.1, 0.4, -0.3], [0.05, -0.1, 0.08]), ([-0.99, 1.6, -1.0], [-0.02, 0.3, 0.0])] {
+            point_weights::<3, 4>(&axes, x, arm, &mut weights);
+            let sum: f64 = weights.iter().map(|(_, w)| w).sum();
+            assert!((sum - 1.0).abs() < 1e-12);
+            for a in 0..3 {
+                let moment: f64 = weights.iter().map(|(node, w)| w * axes[a].node_position(node[a])).sum();
+                assert!((moment - (x[a] + arm[a])).abs() < 1e-12, "axis {a}");
+            }
+        }
+    }
+}
