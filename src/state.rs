@@ -65,7 +65,7 @@ impl Table {
         *self = sorted;
     }
     fn is(&self, width: usize, rows: usize) -> bool {
-        self.width == width && self.rows == rows && self.data.len() == width * stride(rows)
+        self.width == width && (width == 0 && self.data.is_empty() || self.rows == rows && self.data.len() == width * stride(rows))
     }
 }
 
@@ -187,7 +187,14 @@ impl State {
         let ids_are_names = self.particles.id.iter().all(|&id| (id as usize) < n && !std::mem::replace(&mut seen[id as usize], true));
         let mut next = 0;
         let bins_are_ranges = self.bins.iter().all(|bin| bin.start <= bin.end && std::mem::replace(&mut next, bin.end) == bin.start);
+        let bodies = other.particles.body.iter().max();
+        let numbers = [self.time, self.last_step, self.pace, self.external_work];
         self.particles.fits(&other.particles)
+            && self.particles.body.iter().max() <= bodies
+            && numbers.iter().all(|v| v.is_finite())
+            && self.last_step >= 0.0
+            && self.pace > 0.0
+            && self.pace <= 1.0
             && ids_are_names
             && bins_are_ranges
             && (next as usize == n || self.bins.is_empty())

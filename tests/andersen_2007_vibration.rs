@@ -1,5 +1,7 @@
 //! Andersen and Andersen 2007, section 4: free vibration of a plane bar (A1), lumped mass, linear and quadratic B-spline cells.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use matpoint::scene::Scene;
 use std::f64::consts::PI;
 

@@ -1,5 +1,7 @@
 //! Buzzi, Pedroso and Giacomini 2008: one material point (B1) and a bar of several (B2), with stress updated first and last.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use matpoint::Simulation;
 use matpoint::scene::Scene;
 use std::f64::consts::PI;

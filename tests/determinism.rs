@@ -1,5 +1,7 @@
 //! The same bytes for any number of threads, and for a run that is cut in two by a snapshot.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use matpoint::Simulation;
 use matpoint::scene::Scene;
 

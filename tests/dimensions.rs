@@ -1,6 +1,8 @@
 //! The same problem in two ways: plane strain against a slab in 3D, one dimension against a strip in 2D, free bars with and without
 //! lateral contraction.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use matpoint::scene::Scene;
 
 fn positions(text: &str, end: f64, keep: usize) -> Vec<Vec<f64>> {

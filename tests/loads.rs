@@ -1,5 +1,7 @@
 //! Loads and boundaries: resultants, reactions, work, and a bar under end load against its exact solution.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use matpoint::scene::Scene;
 use std::f64::consts::PI;
 

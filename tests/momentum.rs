@@ -1,5 +1,7 @@
 //! Momentum of a free body that vibrates and moves through the grid: kept by every basis, transfer and integrator in every dimension.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use matpoint::scene::Scene;
 
 fn drift(dimension: usize, degree: usize, integrator: &str, transfer: &str) -> (f64, f64) {

@@ -1,5 +1,7 @@
 //! Motions that cause no stress: free fall, translation over cell edges and corners, rotation.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use matpoint::scene::Scene;
 
 const DEGREES: [usize; 5] = [1, 2, 3, 4, 5];

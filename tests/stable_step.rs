@@ -1,6 +1,8 @@
 //! The stable step: a fixed step above it is refused with the number that would do; just below it every basis, integrator and transfer
 //! lives, walls and free ends included.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use matpoint::scene::Scene;
 
 fn bar(dimension: usize, degree: usize, integrator: &str, transfer: &str, time: &str) -> String {

@@ -1,5 +1,7 @@
 //! Tielen 2016, one-dimensional bar and column: tables 5.1 and 6.1 cell by cell, and the column of section 5.1.3.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use matpoint::scene::Scene;
 
 /// T1: bar fixed at both ends, small deformations (table 4.1 of the thesis). MUSL with FLIP, as in its section 3.2.
@@ -78,7 +80,7 @@ fn table_6_1_quadratic_b_splines() {
 /// T3: column under sudden self-weight, small deformations, 50 degrees of freedom, 2 PPC (figure 5.12).
 #[test]
 fn column_under_self_weight() {
-    let (height, young, density, gravity) = (25.0, 5e4, 1.0, -9.81);
+    let (height, young, density, gravity) = (25.0, 5e4f64, 1.0, -9.81);
     let cells = 49;
     // the particle just below the middle, as in figure 5.12: the middle lies half-way between two
     let middle = 0.5 * height - 0.25 * height / cells as f64;
@@ -105,7 +107,7 @@ fn column_under_self_weight() {
             .map(|n| {
                 let m = (2 * n - 1) as f64;
                 let u = 16.0 * height * height * density * g / (m.powi(3) * std::f64::consts::PI.powi(3) * young);
-                u * ((young / density as f64).sqrt() * m * std::f64::consts::PI * t / (2.0 * height)).cos()
+                u * ((young / density).sqrt() * m * std::f64::consts::PI * t / (2.0 * height)).cos()
                     * (m * std::f64::consts::PI * y / (2.0 * height)).sin()
             })
             .sum();

@@ -22,7 +22,7 @@ use crate::grid::{Grid, Tile};
 use crate::model::Model;
 use crate::scene::Integrator;
 use crate::state::State;
-use crate::transfer::{GatherReport, Kernels};
+use crate::transfer::{GatherReport, Kernels, NodeWeights};
 use rayon::prelude::*;
 use std::cell::RefCell;
 
@@ -44,7 +44,7 @@ pub(crate) struct Stepper {
     boundary_work: f64,
     reports: Vec<GatherReport>,
     extents: Vec<locate::Extent>,
-    weights: Vec<([i32; 3], f64)>,
+    weights: NodeWeights,
 }
 
 impl Stepper {

@@ -20,12 +20,15 @@ use crate::grid::Tile;
 use lanes::Portable;
 use std::ops::Range;
 
+/// Nodes, in slots, with their weights.
+pub(crate) type NodeWeights = Vec<([i32; 3], f64)>;
+
 /// The kernels of a scene.
 #[derive(Clone, Copy)]
 pub(crate) struct Kernels {
     scatter: unsafe fn(&ScatterTask, Range<usize>, &mut Tile),
     gather: unsafe fn(&GatherTask, Range<usize>, &Tile) -> GatherReport,
-    point: fn(&[Spline], [f64; 3], [f64; 3], &mut Vec<([i32; 3], f64)>),
+    point: fn(&[Spline], [f64; 3], [f64; 3], &mut NodeWeights),
 }
 
 impl Kernels {
@@ -78,7 +81,7 @@ impl Kernels {
     }
 
     /// Nodes and weights through which a force at `position + arm` acts that hangs on a particle at `position`.
-    pub(crate) fn point_weights(&self, axes: &[Spline], position: [f64; 3], arm: [f64; 3], weights: &mut Vec<([i32; 3], f64)>) {
+    pub(crate) fn point_weights(&self, axes: &[Spline], position: [f64; 3], arm: [f64; 3], weights: &mut NodeWeights) {
         (self.point)(axes, position, arm, weights);
     }
 }
@@ -114,7 +117,7 @@ const fn nodes<const D: usize, const W: usize>(slot: usize) -> usize {
 
 /// First-order Taylor expansion of the shape functions around the particle: N_i(x_p) + grad N_i(x_p) . arm. The weights sum to 1 and
 /// their first moment is that of the point, so force and moment of a surface load are exact, and only nodes with mass are loaded.
-fn point_weights<const D: usize, const W: usize>(axes: &[Spline], position: [f64; 3], arm: [f64; 3], weights: &mut Vec<([i32; 3], f64)>) {
+fn point_weights<const D: usize, const W: usize>(axes: &[Spline], position: [f64; 3], arm: [f64; 3], weights: &mut NodeWeights) {
     let place: [_; D] = std::array::from_fn(|a| [position[a]; BATCH]);
     let s = Stencils::<W>::at::<D>(axes, &place, Third::Nothing);
     let first = s.first(0);
