@@ -130,7 +130,7 @@ impl Particles {
 /// The particles of one block of cells: a range of the particle arrays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Bin {
-    /// Block, in slots (see `basis::Stencil`).
+    /// Block, in slots (see `basis::Stencils`).
     pub(crate) block: [i32; 3],
     /// First particle.
     pub(crate) start: u32,
@@ -186,7 +186,10 @@ impl State {
         let mut seen = vec![false; n];
         let ids_are_names = self.particles.id.iter().all(|&id| (id as usize) < n && !std::mem::replace(&mut seen[id as usize], true));
         let mut next = 0;
-        let bins_are_ranges = self.bins.iter().all(|bin| bin.start <= bin.end && std::mem::replace(&mut next, bin.end) == bin.start);
+        let bins_are_ranges = self.bins.iter().all(|bin| bin.start < bin.end && std::mem::replace(&mut next, bin.end) == bin.start);
+        // each block once: kernels rely on it when they work on bins side by side
+        let blocks_are_different = self.bins.is_sorted_by(|a, b| a.block < b.block);
+        let blocks_are_on_the_grid = self.bins.iter().flat_map(|bin| bin.block).all(|b| (0..1 << 28).contains(&b));
         let bodies = other.particles.body.iter().max();
         let numbers = [self.time, self.last_step, self.pace, self.external_work];
         self.particles.fits(&other.particles)
@@ -197,6 +200,8 @@ impl State {
             && self.pace <= 1.0
             && ids_are_names
             && bins_are_ranges
+            && blocks_are_different
+            && blocks_are_on_the_grid
             && (next as usize == n || self.bins.is_empty())
             && self.reactions.len() == other.reactions.len()
             && self.inputs.len() == other.inputs.len()

@@ -1,4 +1,4 @@
-//! Shape functions: a family is just the function that fills the per-axis tables of a [`Stencil`].
+//! Shape functions: a family is just the function that fills the per-axis tables of [`Stencils`].
 //!
 //! All families of today are tensor products. Along an axis a particle sees `W` nodes from `first` on, with weights, derivatives
 //! and, for affine transfers, the affine weights of APIC. Linear is the B-spline of degree 1.

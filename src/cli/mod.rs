@@ -10,7 +10,7 @@ pub(crate) use run::run;
 use crate::SceneArgs;
 use matpoint::Simulation;
 use matpoint::record::{RecordError, RunError};
-use matpoint::scene::{Scene, SceneError};
+use matpoint::scene::SceneError;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -63,5 +63,5 @@ fn kept(files: &[PathBuf]) -> String {
 }
 
 fn load(args: &SceneArgs) -> Result<Simulation, Failure> {
-    Ok(Scene::load_with(&args.scene, &args.overrides)?.build()?)
+    Ok(Simulation::load(&args.scene, &args.overrides)?)
 }

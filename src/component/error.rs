@@ -9,6 +9,22 @@ pub enum StepError {
         /// Asked step \[s\].
         step: f64,
     },
+    /// The stable step has become too short to move time.
+    #[error("at t = {time} s the stable step has shrunk to {stable:.3e} s; something is much too fast or too stiff")]
+    Unstable {
+        /// Time \[s\].
+        time: f64,
+        /// Stable step \[s\].
+        stable: f64,
+    },
+    /// A load is not a finite number.
+    #[error("at t = {time} s load `{load}` is not finite")]
+    BadLoad {
+        /// Time \[s\].
+        time: f64,
+        /// Name of the load.
+        load: String,
+    },
     /// A particle was turned inside out.
     #[error("at t = {time} s particle {particle} at {position:?} m was inverted (det F = {det:.3e}); take a smaller step or a finer grid")]
     Inverted {

@@ -9,12 +9,13 @@ pub use error::{ComponentError, StepError};
 pub use variable::{Causality, Description, Report, Variable};
 
 use crate::model::{Model, Pace, Signal};
-use crate::scene::{Fault, Integrator, Scene, SceneError, Transfer};
+use crate::scene::{Fault, Integrator, Scene, SceneError, Transfer, parse};
 use crate::state::State;
 use crate::step::measure::Measures;
 use crate::step::{Stepper, limit};
 use exact::Exact;
 use output::Outputs;
+use std::path::Path;
 
 /// A running scene.
 ///
@@ -46,6 +47,15 @@ impl Scene {
 }
 
 impl Simulation {
+    /// Reads a scene file, with some values set differently (see [`Scene::load_with`]), and makes it ready to run.
+    ///
+    /// # Errors
+    /// Every fault with its line and column, those that show only when the scene is built included.
+    pub fn load(path: impl AsRef<Path>, overrides: &[(String, String)]) -> Result<Self, SceneError> {
+        let path = path.as_ref();
+        Self::new(Scene::load_with(path, overrides)?).map_err(|error| parse::place_again(path, overrides, error))
+    }
+
     /// Makes a scene ready to run.
     ///
     /// # Errors
@@ -57,6 +67,10 @@ impl Simulation {
         let stable_step = limit::stable_step(&model, &state).map_err(|e| fault("body", e.to_string()))?;
         state.pace = initial_pace(&model, &state);
         let largest = stable_step * state.pace;
+        if !(largest > 0.0 && largest.is_finite()) {
+            let message = format!("makes a stable step of {largest} s; velocities and stiffness must leave it a positive number");
+            return Err(fault("body", message));
+        }
         if let Pace::Fixed(step) = model.pace
             && step > largest
         {
@@ -81,7 +95,9 @@ impl Simulation {
         self.state.time
     }
 
-    /// Largest stable substep now \[s\], from the stable step at time 0 and from wave and particle speed since.
+    /// Largest stable substep \[s\]: the stable step of the scene at time 0, less what waves and particles have gained in speed since
+    /// (with a fixed step: what they had at time 0). Where particles have moved to other places in their cells it may be lower, down to
+    /// half with one particle a cell; `cfl` is there to leave room for that.
     pub fn max_step(&self) -> f64 {
         self.stable_step * self.state.pace
     }
@@ -122,6 +138,11 @@ impl Simulation {
                 None => substeps_in(end - self.state.time, self.cfl() * self.max_step()),
             };
             let h = if fixed.is_some() { dt / (left + done) } else { (end - self.state.time) / left };
+            let time = self.state.time;
+            // also caught: NaN
+            if !(time + h > time) {
+                return Err(StepError::Unstable { time, stable: self.max_step() });
+            }
             self.stepper.advance(&self.model, &mut self.state, h)?;
             done += 1.0;
             smallest = smallest.min(h);
@@ -130,9 +151,7 @@ impl Simulation {
             }
         }
         self.state.time = end;
-        for (mean, impulse) in self.state.reactions.iter_mut().zip(self.stepper.impulse()) {
-            *mean = impulse.map(|i| i / dt);
-        }
+        self.state.reactions.clone_from(&self.stepper.mean_reactions());
         Ok(Report { time: end, substeps: self.state.steps - first, smallest_step: smallest })
     }
 
@@ -185,8 +204,8 @@ impl Simulation {
         if header.1 != self.fingerprint() {
             return Err(bad("the snapshot is of another scene"));
         }
-        let state: State = postcard::from_bytes(rest).map_err(|_| bad("the snapshot is cut short or damaged"))?;
-        if !state.fits(&self.state) {
+        let (state, rest) = postcard::take_from_bytes::<State>(rest).map_err(|_| bad("the snapshot is cut short or damaged"))?;
+        if !rest.is_empty() || !state.fits(&self.state) {
             return Err(bad("the snapshot is damaged"));
         }
         self.state = state;

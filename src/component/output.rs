@@ -306,11 +306,11 @@ impl Source<'_> {
         std::array::from_fn(|a| now[a] - start[a])
     }
 
-    /// Cauchy stress: Kirchhoff stress over the volume ratio.
+    /// Cauchy stress.
     fn stress(&self, row: usize) -> Matrix3<f64> {
         let particles = &self.state.particles;
         let f = deformation(self.model.dimension, self.state, row);
-        self.model.material(particles.body[row]).kirchhoff(&f, &particles.history.row(row)) / f.determinant()
+        self.model.material(particles.body[row]).cauchy(&f, &particles.history.row(row))
     }
 
     fn probe(&self, i: usize) -> Vector3<f64> {

@@ -101,6 +101,12 @@ impl Material {
         }
     }
 
+    /// Cauchy stress \[Pa\]: the Kirchhoff stress over the volume ratio, which the small-strain law does not know.
+    pub(crate) fn cauchy(&self, f: &Matrix3<f64>, history: &History) -> Matrix3<f64> {
+        let kirchhoff = self.kirchhoff(f, history);
+        if matches!(self, Self::Linear(_)) { kirchhoff } else { kirchhoff / f.determinant() }
+    }
+
     /// Carries the history over a step.
     pub(crate) fn update(&self, history: &mut History, increment: &Increment) {
         match self {

@@ -231,9 +231,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
     let needs = Needs {
         affine,
         increment: flip_share > 0.0 || light > 0.0,
-        body_force: loads
-            .iter()
-            .any(|l| matches!(l.target, Target::BodyForce(_)) || (matches!(l.target, Target::Gravity) && l.signal.varies_in_space())),
+        body_force: loads.iter().any(|l| matches!(l.target, Target::BodyForce(_))),
         history,
         lateral,
         lookup: loads.iter().any(|l| matches!(l.target, Target::Traction(_) | Target::Pressure(_) | Target::PointForce(_))),
@@ -255,7 +253,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         light,
         pace: match scene.time.step {
             Some(step) => Pace::Fixed(step),
-            None => Pace::Cfl(scene.time.cfl.unwrap_or(0.5)),
+            None => Pace::Cfl(scene.time.cfl.unwrap_or(0.4)),
         },
         needs,
     };
@@ -283,16 +281,26 @@ fn set_initial_velocity(particles: &mut Particles, body: &Body, described: &scen
         let formula = expr.compile(&["x", "y", "z"])?;
         let mut evaluate = |formula: &Formula, affine_column: Option<usize>| {
             for p in body.particles.clone() {
-                let value = formula.eval(&particles.position.row::<3>(p));
+                let place: [f64; 3] = particles.position.row(p);
+                let value = formula.eval(&place);
+                if !value.is_finite() {
+                    let what = if affine_column.is_some() { "has a slope of" } else { "is" };
+                    return Err(format!(
+                        "component {} {what} {value} at {:?} m; it must be finite all over the body",
+                        a + 1,
+                        &place[..dimension]
+                    ));
+                }
                 let table = if affine_column.is_some() { &mut particles.affine } else { &mut particles.velocity };
                 table.column_mut(affine_column.unwrap_or(a))[p] = value;
             }
+            Ok(())
         };
-        evaluate(&formula, None);
+        evaluate(&formula, None)?;
         for k in 0..dimension {
             if affine && formula.uses(k) {
                 let slope = formula.derivative(k)?;
-                evaluate(&slope, Some(a * dimension + k));
+                evaluate(&slope, Some(a * dimension + k))?;
             }
         }
     }
@@ -348,6 +356,10 @@ impl Finder<'_> {
             }
         };
         let signal = Signal::new(signal).map_err(fault(format!("load.{name}.{key}")))?;
+        let start = signal.value([0.0; 3], 0.0, &[]);
+        if !signal.varies_in_space() && start.iter().any(|v| !v.is_finite()) {
+            return Err(Fault::new(format!("load.{name}.{key}"), format!("is {:?} at t = 0; it must be finite", &start[..dimension])));
+        }
         Ok(Load { name: name.into(), target, signal })
     }
 
@@ -364,11 +376,10 @@ impl Finder<'_> {
     /// Points on a face, as far apart as the particles, each hung on its nearest particle.
     fn surface(&self, load: &str, kind: &str, body: &str, face: &str) -> Result<Vec<SurfacePoint>, Fault> {
         let described = &self.scene.body[body];
-        let spacing = (0..self.axes.len())
-            .map(|a| self.axes[a].cell_size() / described.particles_per_cell.axis(a).unwrap_or(1) as f64)
-            .fold(f64::INFINITY, f64::min);
+        let spacing: Vec<f64> =
+            (0..self.axes.len()).map(|a| self.axes[a].cell_size() / described.particles_per_cell.axis(a).unwrap_or(1) as f64).collect();
         let found = described.shape.faces().into_iter().find(|f| f.name == face);
-        let points = found.map(|f| f.points(spacing)).unwrap_or_default();
+        let points = found.map(|f| f.points(&spacing)).unwrap_or_default();
         if points.is_empty() {
             return Err(Fault::new(format!("load.{load}.{kind}.face"), format!("`{face}` of body `{body}` has no area on its surface")));
         }

@@ -55,7 +55,10 @@ pub fn run(sim: &mut Simulation, until: f64, sinks: &mut [&mut dyn Sink], progre
     let mut summary = Summary { start: sim.time(), end: sim.time(), substeps: 0, smallest_step: f64::INFINITY, frames: 0, rows: 0 };
     let outcome = step_and_record(sim, until, sinks, progress, &mut summary);
     // After a failure too: what was recorded so far stays valid. The first error is the one worth telling.
-    let finished = sinks.iter_mut().try_fold((), |(), sink| sink.finish(sim));
+    let mut finished = Ok(());
+    for sink in sinks.iter_mut() {
+        finished = finished.and(sink.finish(sim));
+    }
     outcome?;
     finished.map_err(RunError::Record)?;
     Ok(summary)

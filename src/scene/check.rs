@@ -5,7 +5,7 @@ mod exact;
 mod region;
 
 use super::fault::{counted, hint, plain, short};
-use super::{Basis, Body, Expr, Fault, OneOrEach, Plane, Positions, Scene, Shape, Transfer};
+use super::{Basis, Body, Expr, Fault, Integrator, OneOrEach, Plane, Positions, Scene, Shape, Transfer};
 use region::Cells;
 
 /// Most cells along an axis.
@@ -34,6 +34,7 @@ const SPACE_TIME: [&str; 4] = ["x", "y", "z", "t"];
 pub fn check(scene: &Scene) -> Vec<Fault> {
     let mut check = Check { scene, dimension: scene.dimension, cells: None, faults: Vec::new() };
     check.materials();
+    check.counts();
     check.method();
     check.time();
     check.record();
@@ -157,6 +158,13 @@ impl<'a> Check<'a> {
         }
     }
 
+    /// Bodies and boundaries are known by 16-bit numbers.
+    fn counts(&mut self) {
+        for (path, count) in [("body", self.scene.body.len()), ("boundary", self.scene.boundary.len())] {
+            self.require(count <= usize::from(u16::MAX), path, || format!("has {count} entries; must have at most {}", u16::MAX));
+        }
+    }
+
     fn method(&mut self) {
         let method = &self.scene.method;
         if let Some(degree) = method.degree {
@@ -168,6 +176,10 @@ impl<'a> Check<'a> {
             self.require(flips, "method.flip_share", || "is for transfer = \"flip\" only; leave it out".into());
             self.require((0.0..=1.0).contains(&share), "method.flip_share", || format!("is {}; must be 0 to 1", plain(share)));
         }
+        let blends = method.transfer == Transfer::Flip && method.flip_share.is_some_and(|share| share > 0.0 && share < 1.0);
+        self.require(!(blends && method.degree() == 1 && method.integrator == Integrator::Usl), "method.flip_share", || {
+            "blends FLIP and PIC, which with linear functions and USL throws nearly empty nodes out; take musl or usf, or B-splines".into()
+        });
         let tolerance = method.mass_tolerance;
         self.require((0.0..=1.0).contains(&tolerance), "method.mass_tolerance", || format!("is {}; must be 0 to 1", plain(tolerance)));
     }

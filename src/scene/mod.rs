@@ -316,7 +316,7 @@ pub struct Probe {
     /// Name of the body; needed only where there are several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub body: Option<String>,
-    /// The point at time 0 \[m\]. It moves with the body, at most one particle spacing outside it.
+    /// The point at time 0 \[m\], in the body or at most one cell outside it. It moves with the nearest particle and its deformation.
     pub at: Vec<f64>,
 }
 
@@ -400,7 +400,7 @@ pub enum Transfer {
     Apic,
 }
 
-/// How long, and in what steps. Give either `step` or `cfl`; with neither, `cfl` is 0.5.
+/// How long, and in what steps. Give either `step` or `cfl`; with neither, `cfl` is 0.4.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Time {
@@ -409,7 +409,8 @@ pub struct Time {
     /// Fixed step \[s\]; refused where it is above the stable one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step: Option<f64>,
-    /// Share of the stable step, above 0 and up to 1.
+    /// Share of the stable step, above 0 and up to 1. The stable step is that of the particles where they are at time 0: leave room for
+    /// other places in their cells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cfl: Option<f64>,
 }

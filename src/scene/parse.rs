@@ -36,21 +36,7 @@ impl Scene {
     /// As [`load`](Self::load); faults of a value that was set name the setting instead of a line.
     pub fn load_with(path: impl AsRef<Path>, overrides: &[(String, String)]) -> Result<Self, SceneError> {
         let path = path.as_ref();
-        let refuse = |message: String| faults(Some(path), vec![Fault::new("", message)]);
-        let read = |source| SceneError::Read { file: path.to_path_buf(), source };
-        let format = match path.extension().and_then(|extension| extension.to_str()) {
-            Some("toml") => Format::Toml,
-            Some("json") => Format::Json,
-            _ => return Err(refuse("the name of a scene file must end in .toml or .json".into())),
-        };
-        let mut bytes = Vec::new();
-        // One byte more than allowed, so that even a file without an end is refused soon.
-        File::open(path).and_then(|file| file.take(LARGEST + 1).read_to_end(&mut bytes)).map_err(read)?;
-        if bytes.len() as u64 > LARGEST {
-            return Err(refuse(format!("has more than {LARGEST} bytes; that is no scene")));
-        }
-        let text = String::from_utf8(bytes)
-            .map_err(|error| refuse(format!("is not text: byte {} is not UTF-8", error.utf8_error().valid_up_to() + 1)))?;
+        let (text, format) = read_file(path)?;
         read_scene(&text, format, Some(path), overrides)
     }
 
@@ -86,6 +72,44 @@ impl Scene {
         schema["$defs"]["Boundary"]["properties"]["velocity"]["propertyNames"] = serde_json::json!({ "$ref": "#/$defs/Axis" });
         schema
     }
+}
+
+/// Text and format of a scene file.
+fn read_file(path: &Path) -> Result<(String, Format), SceneError> {
+    let refuse = |message: String| faults(Some(path), vec![Fault::new("", message)]);
+    let read = |source| SceneError::Read { file: path.to_path_buf(), source };
+    let format = match path.extension().and_then(|extension| extension.to_str()) {
+        Some("toml") => Format::Toml,
+        Some("json") => Format::Json,
+        _ => return Err(refuse("the name of a scene file must end in .toml or .json".into())),
+    };
+    let mut bytes = Vec::new();
+    // One byte more than allowed, so that even a file without an end is refused soon.
+    File::open(path).and_then(|file| file.take(LARGEST + 1).read_to_end(&mut bytes)).map_err(read)?;
+    if bytes.len() as u64 > LARGEST {
+        return Err(refuse(format!("has more than {LARGEST} bytes; that is no scene")));
+    }
+    let text = String::from_utf8(bytes)
+        .map_err(|error| refuse(format!("is not text: byte {} is not UTF-8", error.utf8_error().valid_up_to() + 1)))?;
+    Ok((text, format))
+}
+
+/// Gives faults that were found when the scene of a file was built the places of their fields in the file.
+pub(crate) fn place_again(path: &Path, overrides: &[(String, String)], error: SceneError) -> SceneError {
+    let SceneError::Faults { faults: found, .. } = error else { return error };
+    let Ok((text, format)) = read_file(path) else { return faults(Some(path), found) };
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    let parsed = match format {
+        Format::Toml => tree::from_toml(text),
+        Format::Json => tree::from_json(text),
+    };
+    let Ok(mut root) = parsed else { return faults(Some(path), found) };
+    for (i, (key, value)) in overrides.iter().enumerate() {
+        // they were set without a fault when the scene was read
+        let _ = set(&mut root, key, value, i);
+    }
+    let found: Faults = found.into_iter().map(|fault| (root.nearest(&fault.path).place(), fault)).collect();
+    faults(Some(path), place(found, text, overrides))
 }
 
 fn read_scene(text: &str, format: Format, file: Option<&Path>, overrides: &[(String, String)]) -> Result<Scene, SceneError> {

@@ -217,17 +217,18 @@ impl Shape {
 }
 
 impl Face {
-    /// Points that cover the face, about `spacing` \[m\] apart, each with its exact share of the area (of a sphere: by equal
-    /// angles, exact in sum).
-    pub fn points(&self, spacing: f64) -> Vec<FacePoint> {
+    /// Points that cover the face, about `spacing` \[m, one an axis\] apart, each with its exact share of the area (of a sphere: by
+    /// equal angles, exact in sum).
+    pub fn points(&self, spacing: &[f64]) -> Vec<FacePoint> {
         self.kind.points(spacing)
     }
 }
 
 impl FaceKind {
-    fn points(&self, spacing: f64) -> Vec<FacePoint> {
+    fn points(&self, spacings: &[f64]) -> Vec<FacePoint> {
+        let spacing = spacings.iter().copied().fold(f64::INFINITY, f64::min);
         match self {
-            Self::Side { min, max, axis, upper } => side_points(min, max, *axis, *upper, spacing),
+            Self::Side { min, max, axis, upper } => side_points(min, max, *axis, *upper, spacings),
             Self::Circle { center, radius, sign } => {
                 // a multiple of four, so that the points are as symmetric as the circle and the grid
                 let n = ((2.0 * PI * radius / spacing).ceil() as usize).clamp(8, 1_000_000).next_multiple_of(4);
@@ -245,7 +246,7 @@ impl FaceKind {
             Self::Ball { center, radius } => ball_points(center, *radius, spacing),
             Self::Segment { a, b } => {
                 let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
-                let n = ((dx.hypot(dy) / spacing).ceil() as usize).max(1);
+                let n = ((dx.hypot(dy) / spacing).ceil() as usize).clamp(1, 1_000_000);
                 (0..n)
                     .map(|i| {
                         let s = (i as f64 + 0.5) / n as f64;
@@ -254,7 +255,7 @@ impl FaceKind {
                     .collect()
             }
             Self::Part { face, whole, inverted } => face
-                .points(spacing)
+                .points(spacings)
                 .into_iter()
                 .map(|p| if *inverted { FacePoint { area: p.area.iter().map(|v| -v).collect(), ..p } } else { p })
                 .filter(|p| {
@@ -267,9 +268,9 @@ impl FaceKind {
     }
 }
 
-fn side_points(min: &[f64], max: &[f64], axis: usize, upper: bool, spacing: f64) -> Vec<FacePoint> {
+fn side_points(min: &[f64], max: &[f64], axis: usize, upper: bool, spacing: &[f64]) -> Vec<FacePoint> {
     let others: Vec<usize> = (0..min.len()).filter(|&a| a != axis).collect();
-    let counts: Vec<usize> = others.iter().map(|&a| (((max[a] - min[a]) / spacing - 1e-9).ceil() as usize).max(1)).collect();
+    let counts: Vec<usize> = others.iter().map(|&a| (((max[a] - min[a]) / spacing[a] - 1e-9).ceil() as usize).max(1)).collect();
     let share: f64 = others.iter().zip(&counts).map(|(&a, &n)| (max[a] - min[a]) / n as f64).product();
     let total: usize = counts.iter().product();
     (0..total)
@@ -288,13 +289,13 @@ fn side_points(min: &[f64], max: &[f64], axis: usize, upper: bool, spacing: f64)
 }
 
 fn ball_points(center: &[f64], radius: f64, spacing: f64) -> Vec<FacePoint> {
-    let rings = ((PI * radius / spacing).ceil() as usize).clamp(4, 10_000).next_multiple_of(2);
+    let rings = ((PI * radius / spacing).ceil() as usize).clamp(4, 2_000).next_multiple_of(2);
     let mut points = Vec::new();
     for i in 0..rings {
         let (low, high) = (PI * i as f64 / rings as f64, PI * (i + 1) as f64 / rings as f64);
         let polar = 0.5 * (low + high);
         let band = 2.0 * PI * radius * radius * (low.cos() - high.cos());
-        let n = ((2.0 * PI * radius * polar.sin() / spacing).ceil() as usize).max(4).next_multiple_of(4);
+        let n = ((2.0 * PI * radius * polar.sin() / spacing).ceil() as usize).clamp(4, 4_000).next_multiple_of(4);
         for j in 0..n {
             let azimuth = 2.0 * PI * (j as f64 + 0.5) / n as f64;
             let normal = [polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos()];
@@ -359,7 +360,7 @@ mod tests {
         let triangle = Shape::Polygon { points: vec![vec![0.0, 0.0], vec![0.0, 1.0], vec![1.0, 0.0]] };
         let totals = [(square(0.0, 2.0), 8.0), (ring, 3.0 * PI), (ball, 16.0 * PI), (triangle, 2.0 + 2f64.sqrt())];
         for (shape, area) in totals {
-            let points: Vec<FacePoint> = shape.faces().iter().flat_map(|f| f.points(0.1)).collect();
+            let points: Vec<FacePoint> = shape.faces().iter().flat_map(|f| f.points(&[0.1; 3])).collect();
             let sum: f64 = points.iter().map(|p| norm(&p.area)).sum();
             // round-off of some thousand additions
             assert!((sum - area).abs() < 1e-11 * area, "{shape:?}: {sum} is not {area}");
@@ -380,7 +381,7 @@ mod tests {
         assert!(plate.contains(&[0.7, 0.0], 0.0) && !plate.contains(&[0.3, 0.0], 0.0));
         let faces = plate.faces();
         let hole = faces.iter().find(|f| f.name == "2/outer").expect("named after its part");
-        for p in hole.points(0.1) {
+        for p in hole.points(&[0.1; 2]) {
             assert!(p.position[0] * p.area[0] + p.position[1] * p.area[1] < 0.0);
         }
     }

@@ -20,6 +20,7 @@ impl Stepper {
     pub(super) fn grid_to_particles(&mut self, model: &Model, state: &mut State, update: &Update) -> Result<(), StepError> {
         let shared = worth_sharing(state);
         let with_force = update.kick.is_some() && model.needs.increment;
+        let task_paces = matches!(model.pace, Pace::Cfl(_));
         let (grid, kernels, bins) = (&self.grid, &self.kernels, &state.bins);
         let task = GatherTask {
             model,
@@ -32,7 +33,7 @@ impl Stepper {
             gradient_is_new: model.integrator == Integrator::Usf,
             gravity: self.gravity,
             body_force: &self.body_force,
-            pace: matches!(model.pace, Pace::Cfl(_)),
+            pace: task_paces,
             rows: Rows::new(&mut state.particles),
         };
         let of = |b: usize| {
@@ -50,7 +51,7 @@ impl Stepper {
             self.reports.extend((0..bins.len()).map(of));
         }
         // in the order of the bins, so that sums do not depend on the threads
-        if update.strain.is_some() {
+        if task_paces && update.strain.is_some() {
             state.pace = self.reports.iter().map(|r| r.pace).fold(1.0, f64::min);
         }
         state.external_work += self.reports.iter().map(|r| r.work).sum::<f64>();

@@ -24,7 +24,7 @@ use crate::state::{State, Table};
 use crate::transfer::{GatherTask, Rows};
 use nalgebra::DMatrix;
 
-/// Lanczos steps; the residual of the largest Ritz value is added to it, so fewer make the estimate smaller, not wrong.
+/// Lanczos steps; the residual of the largest Ritz value is added to it, which on the whole makes the estimate smaller with fewer.
 const STEPS: usize = 24;
 const STEPS_OF_LARGE_SCENES: usize = 10;
 const LARGE: usize = 200_000;

@@ -1,6 +1,7 @@
 //! Stage 2: loads in the configuration and at the time of the state.
 
 use super::Stepper;
+use crate::component::StepError;
 use crate::material::embed;
 use crate::model::{Anchor, Load, Model, Target};
 use crate::state::State;
@@ -17,7 +18,7 @@ pub(super) struct PointLoad {
 }
 
 impl Stepper {
-    pub(super) fn load(&mut self, model: &Model, state: &State) {
+    pub(super) fn load(&mut self, model: &Model, state: &State) -> Result<(), StepError> {
         self.gravity = [0.0; 3];
         self.surface.clear();
         if model.needs.body_force {
@@ -28,51 +29,56 @@ impl Stepper {
             }
         }
         for (load, input) in model.loads.iter().zip(&state.inputs) {
+            let bad = || StepError::BadLoad { time: state.time, load: load.name.clone() };
+            // of a body force that varies in space: its value at the origin, which is not used
+            let value = load.signal.value([0.0; 3], state.time, input);
+            if !load.signal.varies_in_space() && value.iter().any(|v| !v.is_finite()) {
+                return Err(bad());
+            }
             match &load.target {
-                Target::Gravity if !load.signal.varies_in_space() => {
-                    let value = load.signal.value([0.0; 3], state.time, input);
+                Target::Gravity => {
                     for a in 0..3 {
                         self.gravity[a] += value[a];
                     }
                 }
-                Target::Gravity | Target::BodyForce(_) => self.body_force(model, state, load, input),
+                Target::BodyForce(members) => {
+                    self.body_force(model, state, load, members, input).ok_or_else(bad)?;
+                }
                 Target::Traction(points) => {
-                    let traction = Vector3::from(load.signal.value([0.0; 3], state.time, input));
+                    let traction = Vector3::from(value);
                     for point in points {
                         self.hang(model, state, point.anchor, |_| traction * Vector3::from(point.area).norm());
                     }
                 }
                 Target::Pressure(points) => {
-                    let pressure = load.signal.value([0.0; 3], state.time, input)[0];
+                    let pressure = value[0];
                     // Nanson: n da = J F^-T N dA; the cofactor of F is J F^-T
                     for point in points {
                         self.hang(model, state, point.anchor, |f| cofactor(f) * Vector3::from(point.area) * -pressure);
                     }
                 }
                 Target::PointForce(anchor) => {
-                    let force = Vector3::from(load.signal.value([0.0; 3], state.time, input));
+                    let force = Vector3::from(value);
                     self.hang(model, state, *anchor, |_| force);
                 }
             }
         }
+        Ok(())
     }
 
-    /// Adds a body force that differs from particle to particle.
-    fn body_force(&mut self, model: &Model, state: &State, load: &Load, input: &[f64]) {
-        let members = match &load.target {
-            Target::BodyForce(members) => Some(members),
-            _ => None,
-        };
+    /// Adds a body force on some particles; `None` where it is not finite.
+    fn body_force(&mut self, model: &Model, state: &State, load: &Load, members: &[u32], input: &[f64]) -> Option<()> {
         let uniform = (!load.signal.varies_in_space()).then(|| load.signal.value([0.0; 3], state.time, input));
         for (place, id) in state.particles.id.iter().enumerate() {
-            if members.is_some_and(|m| m.binary_search(id).is_err()) {
+            if members.binary_search(id).is_err() {
                 continue;
             }
             let value = uniform.unwrap_or_else(|| load.signal.value(model.reference(*id), state.time, input));
             for (column, v) in self.body_force.iter_mut().zip(value) {
-                column[place] += v;
+                column[place] += v.is_finite().then_some(v)?;
             }
         }
+        Some(())
     }
 
     /// Hangs a force on a point: `force` of the deformation gradient there.

@@ -34,7 +34,7 @@ impl Stepper {
         let dimension = model.dimension;
         let kick = 0.5 * state.last_step;
         self.locate(model, state)?;
-        self.load(model, state);
+        self.load(model, state)?;
         self.particles_to_grid(model, state, p2g::What::MassMomentumForce);
         let mut measures = Measures { velocity: state.particles.velocity.clone(), ..Measures::default() };
         measures.angular = self.angular_momentum(model, kick);

@@ -40,6 +40,8 @@ pub(crate) struct Stepper {
     lookup: Vec<u32>,
     /// Impulse of each boundary on the bodies since the last call of `begin` \[N s\].
     impulse: Vec<[f64; 3]>,
+    /// Length of all kicks since the last call of `begin` \[s\].
+    kicked: f64,
     /// Work of moving boundaries over this step \[J\].
     boundary_work: f64,
     reports: Vec<GatherReport>,
@@ -58,6 +60,7 @@ impl Stepper {
             surface: Vec::new(),
             lookup: Vec::new(),
             impulse: Vec::new(),
+            kicked: 0.0,
             boundary_work: 0.0,
             reports: Vec::new(),
             extents: Vec::new(),
@@ -74,11 +77,12 @@ impl Stepper {
     pub(crate) fn begin(&mut self, model: &Model) {
         self.impulse.clear();
         self.impulse.resize(model.boundaries.len(), [0.0; 3]);
+        self.kicked = 0.0;
     }
 
-    /// Impulse of each boundary on the bodies since [`Stepper::begin`] \[N s\].
-    pub(crate) fn impulse(&self) -> &[[f64; 3]] {
-        &self.impulse
+    /// Mean force of each boundary on the bodies since [`Stepper::begin`] \[N\]: impulse over the length of the kicks it acted in.
+    pub(crate) fn mean_reactions(&self) -> Vec<[f64; 3]> {
+        self.impulse.iter().map(|impulse| impulse.map(|i| i / self.kicked)).collect()
     }
 
     /// One step of length `dt` \[s\]. On an error the state is spoilt; the caller holds a copy.
@@ -86,7 +90,7 @@ impl Stepper {
         use g2p::Update;
         let kick = 0.5 * (state.last_step + dt);
         self.locate(model, state)?;
-        self.load(model, state);
+        self.load(model, state)?;
         self.particles_to_grid(model, state, p2g::What::MassMomentumForce);
         self.balance(model, state.time, kick, dt);
         self.leave_to_light_nodes(model);
@@ -105,6 +109,7 @@ impl Stepper {
             }
         }
         self.close_work(model, state);
+        self.kicked += kick;
         state.last_step = dt;
         state.time += dt;
         state.steps += 1;

@@ -166,13 +166,15 @@ unsafe fn update<const D: usize, const GRADIENT: bool, const AFFINE: bool, const
             let own = task.body_force.get(a).map_or(0.0, |b| b[p]);
             report.work += rows.mass[p] * (task.gravity[a] + own) * motion;
         }
-        if !position.iter().zip(&task.model.axes).all(|(&x, axis)| axis.holds(x)) {
+        if position.iter().zip(&task.model.axes).all(|(&x, axis)| axis.holds(x)) {
+            // SAFETY: row p is ours.
+            unsafe { rows.set_vector(&rows.position, p, position) };
+        } else {
+            // the old position stays, for the error to tell
             let finite = position.iter().all(|x| x.is_finite());
             let place = std::array::from_fn(|a| if a < D { position[a] } else { 0.0 });
             report.fault.get_or_insert(Fault { row: p, kind: if finite { FaultKind::Left(place) } else { FaultKind::NotFinite } });
         }
-        // SAFETY: row p is ours.
-        unsafe { rows.set_vector(&rows.position, p, position) };
     }
     if GRADIENT {
         let dt = task.strain.unwrap_or(0.0);
