@@ -198,3 +198,18 @@ fn closed_pipe_is_no_failure() {
     assert_eq!(stderr(&output), "");
     assert_eq!(output.status.code(), Some(0));
 }
+
+#[test]
+fn faults_that_show_only_when_a_scene_is_built_have_a_place_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("lost.toml");
+    std::fs::write(&file, LOST.replace("time = { end = 1 }", "time = { end = 1, step = 0.5 }")).unwrap();
+    let said = bad(2, &["check", file.to_str().unwrap()]);
+    assert!(said.contains("lost.toml:7:26: time.step: is 0.5 s, above the stable step"), "{said}");
+    std::fs::write(&file, LOST.replace("velocity = [10, 0]", r#"velocity = ["sqrt(x-0.6)", 0]"#)).unwrap();
+    let said = bad(2, &["check", file.to_str().unwrap()]);
+    assert!(said.contains("lost.toml:6:") && said.contains("finite all over the body"), "{said}");
+    std::fs::write(&file, format!("{LOST}[load.weight]\ngravity = [0, \"1/t\"]\n")).unwrap();
+    let said = bad(2, &["check", file.to_str().unwrap()]);
+    assert!(said.contains("lost.toml:10:") && said.contains("at t = 0"), "{said}");
+}

@@ -129,7 +129,14 @@ fn affine_transfers_rotate_a_body_without_strain() {
                 let spin = r#"velocity = ["-2*y+0.5*z", "2*x-z", "y-0.5*x"]"#;
                 let text = block(3, degree, integrator, "apic", law, step, spin, "");
                 let mut sim = Scene::from_toml(&text).unwrap().build().unwrap();
+                let start = sim.get("particle/position").unwrap().to_vec();
                 sim.step(step).unwrap();
+                for (x, u) in start.chunks(3).zip(sim.get("particle/displacement").unwrap().chunks(3)) {
+                    let exact = [-2.0 * x[1] + 0.5 * x[2], 2.0 * x[0] - x[2], x[1] - 0.5 * x[0]];
+                    for a in 0..3 {
+                        assert!((u[a] - step * exact[a]).abs() < 1e-15, "degree {degree} {integrator}: the field is exact to round-off");
+                    }
+                }
                 largest(sim.get("particle/stress").unwrap()) / YOUNG
             };
             let (coarse, fine) = (stress(4e-3), stress(2e-3));

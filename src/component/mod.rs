@@ -36,6 +36,12 @@ pub struct Simulation {
     backup: State,
 }
 
+// adapters move a simulation between threads
+const _: fn() = || {
+    fn may_move<T: Send + Sync>() {}
+    may_move::<Simulation>();
+};
+
 impl Scene {
     /// Makes the scene ready to run: choices become types and tables here.
     ///
