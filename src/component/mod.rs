@@ -145,8 +145,7 @@ impl Simulation {
             };
             let h = if fixed.is_some() { dt / (left + done) } else { (end - self.state.time) / left };
             let time = self.state.time;
-            // also caught: NaN
-            if !(time + h > time) {
+            if time + h <= time || h.is_nan() {
                 return Err(StepError::Unstable { time, stable: self.max_step() });
             }
             self.stepper.advance(&self.model, &mut self.state, h)?;

@@ -25,6 +25,8 @@ impl Stepper {
                 force[1 + a] = force[1 + a] * inverse + self.gravity[a];
             }
         }
+        // exactly, and for nearly empty nodes too
+        self.hold_velocity(model, time + 0.5 * dt);
     }
 
     /// PIC and APIC take the nodal velocity: all they still lack is the acceleration by force of nearly empty nodes.
@@ -37,6 +39,9 @@ impl Stepper {
             for a in 0..model.dimension {
                 force[1 + a] = if light { force[1 + a] - self.gravity[a] } else { 0.0 };
             }
+        }
+        for c in &self.grid.constraints {
+            self.grid.force[c.node as usize][1 + c.axis as usize] = 0.0;
         }
     }
 
@@ -65,7 +70,7 @@ impl Stepper {
         }
     }
 
-    /// Holds the velocity of the nodes after a second projection.
+    /// Puts the velocity of held nodes to what is prescribed at `time`.
     pub(super) fn hold_velocity(&mut self, model: &Model, time: f64) {
         for c in &self.grid.constraints {
             let lanes = &mut self.grid.momentum[c.node as usize];
