@@ -138,3 +138,52 @@ fn for_each(shared: bool, bins: &[u32], f: impl Fn(usize) + Sync + Send) {
         bins.iter().for_each(|&b| f(b as usize));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    /// The kernels for this CPU and those for any CPU do the same but for round-off.
+    #[test]
+    fn wide_and_portable_kernels_agree() {
+        for (dimension, degree, transfer) in
+            [(1, 1, "flip"), (1, 4, "apic"), (2, 2, "apic"), (2, 3, "flip"), (3, 1, "pic"), (3, 2, "apic"), (3, 5, "flip")]
+        {
+            let list = |v: f64| format!("{:?}", vec![v; dimension]);
+            let velocity = ["\"0.3*sin(3*x)\"", "\"0.2*cos(2*x)\"", "0.1"][..dimension].join(", ");
+            let text = format!(
+                r#"
+                title = "twins"
+                dimension = {dimension}
+                grid = {{ origin = {}, size = {}, cell = 0.25 }}
+                material.m = {{ law = "neo_hookean", young = 1e3, poisson = 0.3, density = 10 }}
+                method = {{ basis = "bspline", degree = {degree}, transfer = "{transfer}" }}
+                boundary.wall = {{ face = "x-", fixed = ["x"] }}
+                body.b = {{ material = "m", shape = {{ box = {{ min = {}, max = {} }} }}, positions = "jittered", velocity = [{velocity}] }}
+                time = {{ end = 1 }}
+                "#,
+                list(0.0),
+                list(3.0),
+                list(0.0),
+                list(1.0),
+            );
+            let run = |kernels: Kernels| {
+                let (model, mut state) = Model::new(&Scene::from_toml(&text).unwrap()).unwrap();
+                let mut stepper = Stepper { kernels, ..Stepper::new(&model) };
+                stepper.begin(&model);
+                for _ in 0..50 {
+                    stepper.advance(&model, &mut state, 2e-3).unwrap();
+                }
+                state.particles
+            };
+            let (wide, portable) = (run(Kernels::new(dimension, degree)), run(Kernels::portable(dimension, degree)));
+            for axis in 0..dimension {
+                for (a, b) in wide.position.column(axis).iter().zip(portable.position.column(axis)) {
+                    // round-off of 50 steps
+                    assert!((a - b).abs() < 1e-12, "{dimension}D degree {degree} {transfer}: {a} {b}");
+                }
+            }
+        }
+    }
+}

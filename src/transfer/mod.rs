@@ -34,31 +34,43 @@ pub(crate) struct Kernels {
 impl Kernels {
     /// Kernels for a dimension and degree, with the widest instructions that this CPU has.
     pub(crate) fn new(dimension: usize, degree: usize) -> Self {
+        Self::choose(dimension, degree, true)
+    }
+
+    /// Kernels that run on any CPU: the slow twin of the others.
+    #[cfg(test)]
+    pub(crate) fn portable(dimension: usize, degree: usize) -> Self {
+        Self::choose(dimension, degree, false)
+    }
+
+    fn choose(dimension: usize, degree: usize, wide: bool) -> Self {
         match (dimension, degree) {
-            (1, 1) => Self::of::<1, 2>(),
-            (1, 2) => Self::of::<1, 3>(),
-            (1, 3) => Self::of::<1, 4>(),
-            (1, 4) => Self::of::<1, 5>(),
-            (1, _) => Self::of::<1, 6>(),
-            (2, 1) => Self::of::<2, 2>(),
-            (2, 2) => Self::of::<2, 3>(),
-            (2, 3) => Self::of::<2, 4>(),
-            (2, 4) => Self::of::<2, 5>(),
-            (2, _) => Self::of::<2, 6>(),
-            (_, 1) => Self::of::<3, 2>(),
-            (_, 2) => Self::of::<3, 3>(),
-            (_, 3) => Self::of::<3, 4>(),
-            (_, 4) => Self::of::<3, 5>(),
-            (_, _) => Self::of::<3, 6>(),
+            (1, 1) => Self::of::<1, 2>(wide),
+            (1, 2) => Self::of::<1, 3>(wide),
+            (1, 3) => Self::of::<1, 4>(wide),
+            (1, 4) => Self::of::<1, 5>(wide),
+            (1, _) => Self::of::<1, 6>(wide),
+            (2, 1) => Self::of::<2, 2>(wide),
+            (2, 2) => Self::of::<2, 3>(wide),
+            (2, 3) => Self::of::<2, 4>(wide),
+            (2, 4) => Self::of::<2, 5>(wide),
+            (2, _) => Self::of::<2, 6>(wide),
+            (_, 1) => Self::of::<3, 2>(wide),
+            (_, 2) => Self::of::<3, 3>(wide),
+            (_, 3) => Self::of::<3, 4>(wide),
+            (_, 4) => Self::of::<3, 5>(wide),
+            (_, _) => Self::of::<3, 6>(wide),
         }
     }
 
-    fn of<const D: usize, const W: usize>() -> Self {
+    fn of<const D: usize, const W: usize>(wide: bool) -> Self {
         let point = point_weights::<D, W>;
         #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
+        if wide && std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
             return Self { scatter: x86::scatter::<D, W>, gather: x86::gather::<D, W>, point };
         }
+        // elsewhere the portable kernels are already compiled for what every CPU of the kind has
+        let _ = wide;
         Self { scatter: scatter::scatter::<D, W, Portable>, gather: gather::gather::<D, W, Portable>, point }
     }
 
