@@ -55,6 +55,10 @@ impl Spline {
     pub(crate) fn cell_size(&self) -> f64 {
         self.cell
     }
+    /// Smallest cell size of several axes \[m\].
+    pub(crate) fn smallest_cell(axes: &[Self]) -> f64 {
+        axes.iter().map(Self::cell_size).fold(f64::INFINITY, f64::min)
+    }
     #[inline(always)]
     pub(crate) fn inverse_cell(&self) -> f64 {
         self.inverse

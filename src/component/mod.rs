@@ -132,19 +132,17 @@ impl Simulation {
         let end = start + dt;
         let mut smallest = f64::INFINITY;
         self.stepper.begin(&self.model);
-        // fixed: equal substeps; else as many equal ones as the stable step of now asks for, thought over after each
-        let fixed = match self.model.pace {
-            Pace::Fixed(step) => Some(substeps_in(dt, step)),
-            Pace::Cfl(_) => None,
-        };
         let mut done = 0.0;
         loop {
-            let left = match fixed {
-                Some(n) => n - done,
-                None => substeps_in(end - self.state.time, self.cfl() * self.max_step()),
-            };
-            let h = if fixed.is_some() { dt / (left + done) } else { (end - self.state.time) / left };
             let time = self.state.time;
+            let (left, h) = match self.model.pace {
+                Pace::Fixed(step) => (substeps_in(dt, step) - done, dt / substeps_in(dt, step)),
+                // as many equal ones as the stable step of now asks for, thought over after each
+                Pace::Cfl(share) => {
+                    let left = substeps_in(end - time, share * self.max_step());
+                    (left, (end - time) / left)
+                }
+            };
             if time + h <= time || h.is_nan() {
                 return Err(StepError::Unstable { time, stable: self.max_step() });
             }
@@ -156,15 +154,9 @@ impl Simulation {
             }
         }
         self.state.time = end;
-        self.state.reactions.clone_from(&self.stepper.mean_reactions());
+        self.state.reactions.clear();
+        self.state.reactions.extend(self.stepper.mean_reactions());
         Ok(Report { time: end, substeps: self.state.steps - first, smallest_step: smallest })
-    }
-
-    fn cfl(&self) -> f64 {
-        match self.model.pace {
-            Pace::Cfl(share) => share,
-            Pace::Fixed(_) => 1.0,
-        }
     }
 
     /// Sets an input; it is held until set again.
@@ -187,7 +179,8 @@ impl Simulation {
         if self.outputs.needs_measures(index) {
             self.outputs.measures = Some(self.stepper.measure(&self.model, &mut self.state)?);
         }
-        Ok(self.outputs.value(index, &self.model, &self.state, &self.initial, self.exact.as_ref()))
+        let lookup = if self.model.needs.lookup { self.stepper.lookup(&self.state) } else { &[] };
+        Ok(self.outputs.value(index, &self.model, &self.state, lookup, &self.initial, self.exact.as_ref()))
     }
 
     /// All bytes that a restart needs.
@@ -266,7 +259,7 @@ impl Simulation {
             (needs.history > 0, "stress history of each particle"),
             (needs.lateral, "stretch across the plane of each particle"),
             (needs.body_force, "body force that differs from particle to particle"),
-            (needs.lookup, "surface or point loads"),
+            (needs.lookup, "finding particles by id (probes, loads)"),
             (!model.boundaries.is_empty(), "boundaries with reactions"),
             (needs.work, "work of loads and moving boundaries"),
             (matches!(model.pace, Pace::Cfl(_)), "step control by wave and particle speed"),

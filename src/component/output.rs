@@ -7,7 +7,7 @@ use crate::model::Model;
 use crate::scene::nearest;
 use crate::state::State;
 use crate::step::load::{deformation, place_of};
-use crate::step::measure::{Measures, lookup};
+use crate::step::measure::Measures;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::HashMap;
 
@@ -208,10 +208,18 @@ impl Outputs {
         !entry.fresh && entry.quantity.is_measured() && self.measures.is_none()
     }
 
-    pub(super) fn value(&mut self, index: usize, model: &Model, state: &State, initial: &Measures, exact: Option<&Exact>) -> &[f64] {
+    pub(super) fn value(
+        &mut self,
+        index: usize,
+        model: &Model,
+        state: &State,
+        lookup: &[u32],
+        initial: &Measures,
+        exact: Option<&Exact>,
+    ) -> &[f64] {
         let entry = &mut self.entries[index];
         if !entry.fresh {
-            let source = Source { model, state, initial, measures: self.measures.as_ref(), exact };
+            let source = Source { model, state, lookup, initial, measures: self.measures.as_ref(), exact };
             entry.values.clear();
             entry.values.resize(entry.variable.len(), 0.0);
             source.compute(entry.quantity, &mut entry.values);
@@ -225,6 +233,8 @@ impl Outputs {
 struct Source<'a> {
     model: &'a Model,
     state: &'a State,
+    /// Place in memory by particle id; empty where the scene has no probe and no such load.
+    lookup: &'a [u32],
     initial: &'a Measures,
     measures: Option<&'a Measures>,
     exact: Option<&'a Exact>,
@@ -275,8 +285,7 @@ impl Source<'_> {
             ProbeVelocity(i) => to.copy_from_slice(&now.probes[i][..d]),
             ProbeStress(i) => {
                 let id = model.probes[i].anchor.particle;
-                let row = particles.id.iter().position(|&p| p == id).unwrap_or(0);
-                put(&self.stress(row), to);
+                put(&self.stress(self.lookup[id as usize] as usize), to);
             }
             Reaction(i) => to.copy_from_slice(&state.reactions[i][..d]),
             Input(load) => to.copy_from_slice(&state.inputs[load]),
@@ -314,8 +323,7 @@ impl Source<'_> {
     }
 
     fn probe(&self, i: usize) -> Vector3<f64> {
-        let lookup = lookup(self.state);
-        place_of(self.model, self.state, &lookup, &self.model.probes[i].anchor).0
+        place_of(self.model, self.state, self.lookup, &self.model.probes[i].anchor).0
     }
 
     /// RMS over particles and components, and largest error. NaN where nothing is known at this time.

@@ -70,7 +70,7 @@ impl Boundary {
             Region::Face { axis, upper } => node[*axis] == if *upper { axes[*axis].functions() - 1 } else { 0 },
             Region::Shape(shape) => {
                 let place: Vec<f64> = node.iter().zip(axes).map(|(&i, axis)| axis.node_position(i)).collect();
-                let slack = 1e-9 * axes.iter().map(Spline::cell_size).fold(f64::INFINITY, f64::min);
+                let slack = 1e-9 * Spline::smallest_cell(axes);
                 shape.contains(&place, slack)
             }
         }
@@ -122,7 +122,7 @@ pub(crate) struct Needs {
     pub(crate) history: usize,
     /// A stretch across the plane.
     pub(crate) lateral: bool,
-    /// Finding particles by id: surface loads, point forces.
+    /// Finding particles by id: probes, and all loads but gravity.
     pub(crate) lookup: bool,
     /// The work of loads and moving boundaries.
     pub(crate) work: bool,
@@ -145,7 +145,7 @@ impl Model {
 
     /// Smallest cell size \[m\].
     pub(crate) fn cell(&self) -> f64 {
-        self.axes.iter().map(Spline::cell_size).fold(f64::INFINITY, f64::min)
+        Spline::smallest_cell(&self.axes)
     }
 }
 
@@ -214,7 +214,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
     let boundaries = scene.boundary.iter().map(|(name, b)| boundary(name, b)).collect::<Result<Vec<_>, _>>()?;
     let finder = Finder { reference: &reference, bodies: &bodies, scene, axes: &axes };
     let loads = scene.load.iter().map(|(name, l)| finder.load(name, l)).collect::<Result<Vec<_>, _>>()?;
-    let probes = scene.probe.iter().map(|(name, p)| finder.probe(name, p)).collect();
+    let probes: Vec<Probe> = scene.probe.iter().map(|(name, p)| finder.probe(name, p)).collect();
     state.reactions = vec![[0.0; 3]; boundaries.len()];
     state.inputs =
         loads.iter().map(|l| if matches!(l.signal, Signal::External) { vec![0.0; l.components(dimension)] } else { Vec::new() }).collect();
@@ -234,7 +234,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         body_force: loads.iter().any(|l| matches!(l.target, Target::BodyForce(_))),
         history,
         lateral,
-        lookup: loads.iter().any(|l| matches!(l.target, Target::Traction(_) | Target::Pressure(_) | Target::PointForce(_))),
+        lookup: !probes.is_empty() || loads.iter().any(|l| !matches!(l.target, Target::Gravity)),
         work: !loads.is_empty()
             || boundaries.iter().any(|b: &Boundary| b.velocity.iter().flatten().any(|f| f.uses(0) || f.eval(&[0.0]) != 0.0)),
     };
@@ -449,7 +449,7 @@ impl<'a> Neighbours<'a> {
         }
         candidates.sort_unstable();
         let nearest = candidates.iter().map(|&p| distance(p)).fold(f64::INFINITY, f64::min);
-        let tie = 1e-9 * self.axes.iter().map(Spline::cell_size).fold(f64::INFINITY, f64::min);
+        let tie = 1e-9 * Spline::smallest_cell(self.axes);
         let hosts = candidates.into_iter().filter(|&p| distance(p) <= nearest + tie);
         hosts.map(|particle| Anchor { particle, offset: offset(particle) }).collect()
     }

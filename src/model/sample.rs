@@ -21,7 +21,7 @@ const JITTER: f64 = 0.4;
 pub(crate) fn sample(body: &Body, axes: &[Spline]) -> Vec<Sample> {
     let dimension = axes.len();
     let (lower, upper) = body.shape.bounds(dimension);
-    let slack = SLACK * axes.iter().map(Spline::cell_size).fold(f64::INFINITY, f64::min);
+    let slack = SLACK * Spline::smallest_cell(axes);
     // Per axis: first cell, number of cells, local coordinates and weights of the particles of a cell.
     let columns: Vec<Column> = (0..dimension)
         .map(|a| {

@@ -14,8 +14,9 @@
 //! q < 4 is enough, u = a. The step is then 2 / sqrt(largest eigenvalue).
 //! The largest eigenvalue comes from a few Lanczos steps in the metric of the strain energy, in which the operator is symmetric.
 
-use super::Stepper;
+use super::g2p::sweep;
 use super::p2g::What;
+use super::{Stepper, worth_sharing};
 use crate::component::StepError;
 use crate::material::Material;
 use crate::model::{Model, Pace};
@@ -184,27 +185,10 @@ impl Operator<'_> {
     }
 
     fn gather(&mut self, kick: Option<f64>, strain: Option<f64>) {
-        let task = GatherTask {
-            model: self.model,
-            rows: Rows::new(&mut self.state.particles),
-            affine: false,
-            increment: kick.is_some(),
-            flip_share: 1.0,
-            kick,
-            drift: None,
-            strain,
-            gradient_is_new: false,
-            gravity: [0.0; 3],
-            body_force: &[],
-            pace: false,
-        };
-        for (b, bin) in self.state.bins.iter().enumerate() {
-            super::with_tile(|tile| {
-                self.stepper.grid.load(b, bin, true, tile);
-                // SAFETY: bins own their rows; the tile covers the cells of the bin.
-                unsafe { self.stepper.kernels.gather(&task, bin.start as usize..bin.end as usize, tile) }
-            });
-        }
+        let shared = worth_sharing(&self.state);
+        let task = GatherTask { kick, strain, ..GatherTask::new(self.model, Rows::new(&mut self.state.particles)) };
+        let Stepper { grid, kernels, reports, .. } = &mut self.stepper;
+        sweep(grid, kernels, &self.state.bins, shared, &task, reports);
     }
 
     /// Inner product of the strain energy: sum of V0 s : D^-1 : t.

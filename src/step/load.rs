@@ -3,7 +3,7 @@
 use super::Stepper;
 use crate::component::StepError;
 use crate::material::embed;
-use crate::model::{Anchor, Load, Model, Target};
+use crate::model::{Anchor, Model, Target};
 use crate::state::State;
 use nalgebra::{Matrix3, Vector3};
 
@@ -42,7 +42,9 @@ impl Stepper {
                     }
                 }
                 Target::BodyForce(members) => {
-                    self.body_force(model, state, load, members, input).ok_or_else(bad)?;
+                    let of =
+                        |id| if load.signal.varies_in_space() { load.signal.value(model.reference(id), state.time, input) } else { value };
+                    self.body_force(members, of).ok_or_else(bad)?;
                 }
                 Target::Traction(points) => {
                     let traction = Vector3::from(value);
@@ -66,15 +68,11 @@ impl Stepper {
         Ok(())
     }
 
-    /// Adds a body force on some particles; `None` where it is not finite.
-    fn body_force(&mut self, model: &Model, state: &State, load: &Load, members: &[u32], input: &[f64]) -> Option<()> {
-        let uniform = (!load.signal.varies_in_space()).then(|| load.signal.value([0.0; 3], state.time, input));
-        for (place, id) in state.particles.id.iter().enumerate() {
-            if members.binary_search(id).is_err() {
-                continue;
-            }
-            let value = uniform.unwrap_or_else(|| load.signal.value(model.reference(*id), state.time, input));
-            for (column, v) in self.body_force.iter_mut().zip(value) {
+    /// Adds a body force on some particles, `of` their ids; `None` where it is not finite.
+    fn body_force(&mut self, members: &[u32], of: impl Fn(u32) -> [f64; 3]) -> Option<()> {
+        for &id in members {
+            let place = self.lookup[id as usize] as usize;
+            for (column, v) in self.body_force.iter_mut().zip(of(id)) {
                 column[place] += v.is_finite().then_some(v)?;
             }
         }

@@ -1,10 +1,12 @@
 //! Stage 1: which cells are the particles in.
 
+use super::g2p::error;
 use super::{Stepper, worth_sharing};
 use crate::component::StepError;
 use crate::grid::{Stray, sort};
 use crate::model::Model;
 use crate::state::State;
+use crate::transfer::{Fault, FaultKind};
 use rayon::prelude::*;
 
 /// Cells of the particles of a bin: lowest and highest.
@@ -19,13 +21,21 @@ impl Stepper {
             self.survey(model, state)?;
         }
         self.grid.settle(model, &state.bins, &self.extents);
-        if model.needs.lookup && self.lookup.is_empty() {
+        if model.needs.lookup {
+            self.lookup(state);
+        }
+        Ok(())
+    }
+
+    /// Place in memory by particle id, found anew where particles were sorted since.
+    pub(crate) fn lookup(&mut self, state: &State) -> &[u32] {
+        if self.lookup.is_empty() {
             self.lookup.resize(state.particles.len(), 0);
             for (place, &id) in state.particles.id.iter().enumerate() {
                 self.lookup[id as usize] = place as u32;
             }
         }
-        Ok(())
+        &self.lookup
     }
 
     /// Finds the extents of the bins; false where a particle strayed too far from its bin.
@@ -52,14 +62,8 @@ impl Stepper {
             Stray::No => Ok(true),
             Stray::Far => Ok(false),
             Stray::Left(row) => {
-                let particle = state.particles.id[row] as usize;
-                let position: Vec<f64> = state.particles.position.row::<3>(row)[..model.dimension].to_vec();
-                let time = state.time;
-                Err(if position.iter().all(|x| x.is_finite()) {
-                    StepError::LeftGrid { time, particle, position }
-                } else {
-                    StepError::NotFinite { time, particle, position }
-                })
+                let kind = FaultKind::of_position(state.particles.position.row(row));
+                Err(error(model, state, Fault { row, kind }))
             }
         }
     }

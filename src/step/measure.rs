@@ -1,8 +1,9 @@
 //! What is measured at the time of the state, only when somebody asks: energies, momenta, and velocities brought from the half step to
 //! the time of the state by the acceleration there.
 
+use super::g2p::sweep;
 use super::load::{deformation, place_of};
-use super::{Stepper, p2g};
+use super::{Stepper, p2g, worth_sharing};
 use crate::component::StepError;
 use crate::model::Model;
 use crate::state::{State, Table};
@@ -82,39 +83,18 @@ impl Stepper {
 
     /// Adds the acceleration of the grid times `kick` to `velocity`.
     fn kick_velocity(&mut self, model: &Model, state: &mut State, kick: f64, velocity: &mut Table) {
-        let task = GatherTask {
-            model,
-            rows: Rows::new(&mut state.particles).with_velocity(velocity),
-            affine: false,
-            increment: true,
-            flip_share: 1.0,
-            kick: Some(kick),
-            drift: None,
-            strain: None,
-            gradient_is_new: false,
-            gravity: [0.0; 3],
-            body_force: &[],
-            pace: false,
-        };
-        for (b, bin) in state.bins.iter().enumerate() {
-            super::with_tile(|tile| {
-                self.grid.load(b, bin, true, tile);
-                // SAFETY: bins own their rows; the tile covers the cells of the bin.
-                unsafe { self.kernels.gather(&task, bin.start as usize..bin.end as usize, tile) }
-            });
-        }
+        let shared = worth_sharing(state);
+        let rows = Rows::new(&mut state.particles).with_velocity(velocity);
+        let task = GatherTask { kick: Some(kick), ..GatherTask::new(model, rows) };
+        sweep(&self.grid, &self.kernels, &state.bins, shared, &task, &mut self.reports);
     }
 
     /// A probe moves like the Taylor expansion of the grid velocity around its particle.
     fn probe_velocities(&mut self, model: &Model, state: &State, measures: &mut Measures) {
-        if model.probes.is_empty() {
-            return;
-        }
-        let lookup = lookup(state);
         for probe in &model.probes {
-            let host = lookup[probe.anchor.particle as usize] as usize;
+            let host = self.lookup[probe.anchor.particle as usize] as usize;
             let x: [f64; 3] = state.particles.position.row(host);
-            let (position, _) = place_of(model, state, &lookup, &probe.anchor);
+            let (position, _) = place_of(model, state, &self.lookup, &probe.anchor);
             let mut velocity: [f64; 3] = measures.velocity.row(host);
             for (arm, sign) in [(position - Vector3::from(x), 1.0), (Vector3::zeros(), -1.0)] {
                 self.kernels.point_weights(&model.axes, x, arm.into(), &mut self.weights);
@@ -128,13 +108,4 @@ impl Stepper {
             measures.probes.push(velocity);
         }
     }
-}
-
-/// Place in memory by particle id.
-pub(crate) fn lookup(state: &State) -> Vec<u32> {
-    let mut places = vec![0; state.particles.len()];
-    for (place, &id) in state.particles.id.iter().enumerate() {
-        places[id as usize] = place as u32;
-    }
-    places
 }

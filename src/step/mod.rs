@@ -36,7 +36,7 @@ pub(crate) struct Stepper {
     gravity: [f64; 3],
     /// Surface and point loads of this step.
     surface: Vec<load::PointLoad>,
-    /// Place in memory by particle id; kept only where loads hang on particles.
+    /// Place in memory by particle id; empty until asked for, and once particles were sorted.
     lookup: Vec<u32>,
     /// Impulse of each boundary on the bodies since the last call of `begin` \[N s\].
     impulse: Vec<[f64; 3]>,
@@ -81,8 +81,8 @@ impl Stepper {
     }
 
     /// Mean force of each boundary on the bodies since [`Stepper::begin`] \[N\]: impulse over the length of the kicks it acted in.
-    pub(crate) fn mean_reactions(&self) -> Vec<[f64; 3]> {
-        self.impulse.iter().map(|impulse| impulse.map(|i| i / self.kicked)).collect()
+    pub(crate) fn mean_reactions(&self) -> impl Iterator<Item = [f64; 3]> {
+        self.impulse.iter().map(|impulse| impulse.map(|i| i / self.kicked))
     }
 
     /// One step of length `dt` \[s\]. On an error the state is spoilt; the caller holds a copy.

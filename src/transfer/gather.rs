@@ -36,6 +36,31 @@ pub(crate) struct GatherTask<'a> {
     pub(crate) pace: bool,
 }
 
+impl<'a> GatherTask<'a> {
+    /// A task that changes nothing yet: pure FLIP, no loads.
+    pub(crate) fn new(model: &'a Model, rows: Rows<'a>) -> Self {
+        Self {
+            model,
+            rows,
+            affine: false,
+            increment: true,
+            flip_share: 1.0,
+            kick: None,
+            drift: None,
+            strain: None,
+            gradient_is_new: false,
+            gravity: [0.0; 3],
+            body_force: &[],
+            pace: false,
+        }
+    }
+
+    /// Whether the accelerations of the nodes are used.
+    pub(crate) fn needs_force(&self) -> bool {
+        self.kick.is_some() && self.increment
+    }
+}
+
 /// What came of it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct GatherReport {
@@ -64,6 +89,13 @@ pub(crate) enum FaultKind {
     Left([f64; 3]),
 }
 
+impl FaultKind {
+    /// What is wrong with a position that is not in the grid.
+    pub(crate) fn of_position(position: [f64; 3]) -> Self {
+        if position.iter().all(|x| x.is_finite()) { Self::Left(position) } else { Self::NotFinite }
+    }
+}
+
 /// # Safety
 /// As [`super::Kernels::gather`].
 #[inline(always)]
@@ -72,8 +104,7 @@ pub(super) unsafe fn gather<const D: usize, const W: usize, V: Vector>(
     range: Range<usize>,
     tile: &Tile,
 ) -> GatherReport {
-    let kicks = task.kick.is_some();
-    let (affine, increment) = (kicks && task.affine, kicks && task.increment);
+    let (affine, increment) = (task.kick.is_some() && task.affine, task.needs_force());
     // SAFETY: the caller's promise.
     unsafe {
         match (task.strain.is_some(), affine, increment) {
@@ -171,9 +202,8 @@ unsafe fn update<const D: usize, const GRADIENT: bool, const AFFINE: bool, const
             unsafe { rows.set_vector(&rows.position, p, position) };
         } else {
             // the old position stays, for the error to tell
-            let finite = position.iter().all(|x| x.is_finite());
             let place = std::array::from_fn(|a| if a < D { position[a] } else { 0.0 });
-            report.fault.get_or_insert(Fault { row: p, kind: if finite { FaultKind::Left(place) } else { FaultKind::NotFinite } });
+            report.fault.get_or_insert(Fault { row: p, kind: FaultKind::of_position(place) });
         }
     }
     if GRADIENT {
