@@ -68,6 +68,7 @@ pub mod component;
 mod grid;
 mod material;
 mod model;
+mod quadrature;
 pub mod record;
 pub mod scene;
 mod state;

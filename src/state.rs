@@ -130,6 +130,8 @@ impl Particles {
 /// The particles of one block of cells: a range of the particle arrays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Bin {
+    /// Velocity field of its particles: the body where there is contact, else 0.
+    pub(crate) field: u16,
     /// Block, in slots (see `basis::Stencils`).
     pub(crate) block: [i32; 3],
     /// First particle.
@@ -188,7 +190,7 @@ impl State {
         let mut next = 0;
         let bins_are_ranges = self.bins.iter().all(|bin| bin.start < bin.end && std::mem::replace(&mut next, bin.end) == bin.start);
         // each block once: kernels rely on it when they work on bins side by side
-        let blocks_are_different = self.bins.is_sorted_by(|a, b| a.block < b.block);
+        let blocks_are_different = self.bins.is_sorted_by(|a, b| (a.field, a.block) < (b.field, b.block));
         let blocks_are_on_the_grid = self.bins.iter().flat_map(|bin| bin.block).all(|b| (0..1 << 28).contains(&b));
         let bodies = other.particles.body.iter().max();
         let numbers = [self.time, self.last_step, self.pace, self.external_work];

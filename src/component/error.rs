@@ -57,6 +57,57 @@ pub enum StepError {
         /// Its position \[m\].
         position: Vec<f64>,
     },
+    /// A nodal mass turned negative under Lagrange elements.
+    #[error(
+        "at t = {time} s the mass of the node at {position:?} m is {mass:.3e} kg: with Lagrange elements and lumped mass the method breaks \
+         down where a nodal mass turns negative; take another basis, or mass = \"consistent\""
+    )]
+    NegativeMass {
+        /// Time at the start of the failed substep \[s\].
+        time: f64,
+        /// Position of the node \[m\].
+        position: Vec<f64>,
+        /// Its mass \[kg\].
+        mass: f64,
+    },
+    /// The solver of the mass matrix did not reach its residual.
+    #[error(
+        "at t = {time} s the mass matrix was not solved: relative residual {residual:.1e} after {iterations} iterations; take \
+         mass_solver = \"pcg\", a larger mass_tolerance or a larger mass_residual"
+    )]
+    NoConvergence {
+        /// Time at the start of the failed substep \[s\].
+        time: f64,
+        /// Iterations done.
+        iterations: usize,
+        /// Residual over right-hand side \[-\].
+        residual: f64,
+    },
+    /// The domain of a particle outgrew its stencil.
+    #[error(
+        "at t = {time} s the domain of particle {particle} at {position:?} m is {length:.3e} m long along an axis, more than two cells; take \
+         domain = \"uniform\", more particles, or another basis"
+    )]
+    WideDomain {
+        /// Time at the start of the failed substep \[s\].
+        time: f64,
+        /// Particle, as in the order of `particle/position`.
+        particle: usize,
+        /// Its position \[m\].
+        position: Vec<f64>,
+        /// Length of the domain \[m\].
+        length: f64,
+    },
+    /// The particles of a body no longer stand in rows, or left a gap of more than a cell between them.
+    #[error("at t = {time} s stresses cannot be reconstructed at {position:?} m: {reason}; take quadrature = \"least_squares\" or \"particles\"")]
+    NoReconstruction {
+        /// Time at the start of the failed substep \[s\].
+        time: f64,
+        /// Where \[m\].
+        position: Vec<f64>,
+        /// Why.
+        reason: String,
+    },
     /// The stress-free thickness of plane stress was not found.
     #[error("at t = {time} s no stress-free thickness was found for particle {particle} at {position:?} m; the material is crushed")]
     NoThickness {

@@ -4,6 +4,7 @@ mod error;
 mod exact;
 mod output;
 mod variable;
+mod words;
 
 pub use error::{ComponentError, StepError};
 pub use variable::{Causality, Description, Report, Variable};
@@ -156,7 +157,8 @@ impl Simulation {
         self.state.time = end;
         self.state.reactions.clear();
         self.state.reactions.extend(self.stepper.mean_reactions());
-        Ok(Report { time: end, substeps: self.state.steps - first, smallest_step: smallest })
+        let (substeps, iterations) = (self.state.steps - first, self.stepper.iterations);
+        Ok(Report { time: end, substeps, smallest_step: smallest, iterations })
     }
 
     /// Sets an input; it is held until set again.
@@ -227,7 +229,6 @@ impl Simulation {
     /// What this simulation is: its method, what it needs and skips, its variables.
     pub fn describe(&self) -> Description {
         let model = &self.model;
-        let degree = model.axes.first().map_or(1, |a| a.degree());
         let integrator = match model.integrator {
             Integrator::Usf => "update stress first, leapfrog",
             Integrator::Usl => "update stress last, leapfrog",
@@ -245,9 +246,9 @@ impl Simulation {
         };
         let method = vec![
             ("formulation", "updated Lagrangian".into()),
-            ("basis", if degree == 1 { "linear".into() } else { format!("B-splines of degree {degree}, open knots") }),
-            ("quadrature", "particles".into()),
-            ("mass", "lumped".into()),
+            ("basis", words::basis(&self.scene)),
+            ("quadrature", words::quadrature(&self.scene.method)),
+            ("mass", words::mass(model)),
             ("transfer", transfer),
             ("integrator", integrator.into()),
             ("step", step),
@@ -263,6 +264,9 @@ impl Simulation {
             (!model.boundaries.is_empty(), "boundaries with reactions"),
             (needs.work, "work of loads and moving boundaries"),
             (matches!(model.pace, Pace::Cfl(_)), "step control by wave and particle speed"),
+            (needs.mass_matrix, "mass matrix that is not diagonal"),
+            (needs.quadrature, "quadrature points beside the particles"),
+            (model.friction.is_some(), "a velocity field for each body, contact"),
         ];
         let list = |wanted: bool| parts.iter().filter(|(n, _)| *n == wanted).map(|(_, text)| (*text).to_owned()).collect();
         let n = self.state.particles.len();
@@ -289,7 +293,7 @@ impl Simulation {
 }
 
 /// First bytes of a snapshot; the last is the version of its format.
-const SNAPSHOT: [u8; 8] = *b"matpnt\x00\x01";
+const SNAPSHOT: [u8; 8] = *b"matpnt\x00\x02";
 
 /// Substeps of at most `step` in `dt`; a step that fits up to round-off fits.
 fn substeps_in(dt: f64, step: f64) -> f64 {

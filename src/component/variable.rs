@@ -69,4 +69,6 @@ pub struct Report {
     pub substeps: u64,
     /// Smallest substep \[s\].
     pub smallest_step: f64,
+    /// Iterations of the solver of the mass matrix, all substeps together; 0 with lumped mass.
+    pub iterations: u64,
 }

@@ -4,11 +4,15 @@
 //! [`Tile`], a small dense copy of the nodes that the bin touches. Bins of one colour touch no common node, so they are added to the
 //! grid side by side, and colour after colour: the sums are the same, bit for bit, for any number of threads.
 
+//!
+//! With contact each body has blocks, and so nodes, of its own: a field. Where two fields have the same block, bodies may touch.
+
 mod order;
+mod tied;
 
 pub(crate) use order::sort;
 
-use crate::basis::Spline;
+use crate::basis::{Axis, Family};
 use crate::model::Model;
 use crate::state::{Bin, Particles};
 use std::collections::HashMap;
@@ -21,18 +25,25 @@ const MARGIN: i32 = 1;
 /// No such block.
 const NONE: u32 = u32::MAX;
 
+/// A block: the field it belongs to, and its place in slots.
+pub(crate) type Block = (u16, [i32; 3]);
+
 /// The active part of the grid.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Grid {
     shape: BlockShape,
-    table: HashMap<[i32; 3], u32>,
-    blocks: Vec<[i32; 3]>,
+    table: HashMap<Block, u32>,
+    blocks: Vec<Block>,
     /// Mass and momentum of each node, after the balance mass and velocity.
     pub(crate) momentum: Vec<Lanes>,
     /// Force on each node, after the balance its acceleration.
     pub(crate) force: Vec<Lanes>,
     /// Held degrees of freedom.
     pub(crate) constraints: Vec<Constraint>,
+    /// Pairs of blocks at the same place, of two fields: storage indices of their first nodes.
+    pub(crate) encounters: Vec<[u32; 2]>,
+    /// Nodes that follow others (serendipity elements).
+    tied: tied::Tied,
     /// What each bin touches, in the order of the bins.
     pub(crate) homes: Vec<Home>,
     /// Bins by colour.
@@ -53,21 +64,22 @@ pub(crate) struct BlockShape {
     /// Logarithm to base 2 of the cells along a slot.
     pub(crate) shift: [u32; 3],
     nodes: usize,
-    width: i32,
 }
 
 impl BlockShape {
     /// Two bins of one colour are a block apart, so a block must be wider than a stencil and both margins.
-    pub(crate) fn new(dimension: usize, degree: usize) -> Self {
-        let width = degree as i32 + 1;
+    pub(crate) fn new(dimension: usize, axis: &Axis) -> Self {
+        let (first, last) = axis.reach(0);
+        // the stencils of elements begin up to a cell before the cell of the particle
+        let lead = i32::from(axis.family() == Family::Elements);
         let log = match dimension {
             1 => 4,
             2 => 3,
-            _ if width + 2 * MARGIN <= 5 => 2,
+            _ if last - first + 2 * MARGIN + lead <= 4 => 2,
             _ => 3,
         };
         let shift: [u32; 3] = std::array::from_fn(|slot| if slot >= 3 - dimension { log } else { 0 });
-        Self { shift, nodes: 1 << shift.iter().sum::<u32>(), width }
+        Self { shift, nodes: 1 << shift.iter().sum::<u32>() }
     }
     fn of(&self, node: [i32; 3]) -> [i32; 3] {
         std::array::from_fn(|s| node[s] >> self.shift[s])
@@ -80,16 +92,9 @@ impl BlockShape {
         let local = |s: usize| (node[s] & (self.size(s) - 1)) as usize;
         (((local(0) << self.shift[1]) + local(1)) << self.shift[2]) + local(2)
     }
-    fn used(&self, slot: usize) -> bool {
-        self.shift[slot] > 0
-    }
-    /// Last node that a particle in cell `cell` of a slot touches.
-    fn top(&self, slot: usize, cell: i32) -> i32 {
-        if self.used(slot) { cell + self.width - 1 } else { cell }
-    }
 }
 
-/// The cells that the particles of a bin are in, and where the blocks around it are stored.
+/// The nodes that the particles of a bin touch, and where the blocks around it are stored.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Home {
     low: [i32; 3],
@@ -110,8 +115,7 @@ pub(crate) enum Stray {
 
 impl Grid {
     pub(crate) fn new(model: &Model) -> Self {
-        let degree = model.axes.first().map_or(1, Spline::degree);
-        Self { shape: BlockShape::new(model.dimension, degree), ..Self::default() }
+        Self { shape: BlockShape::new(model.dimension, &model.axes[0]), ..Self::default() }
     }
 
     pub(crate) fn shape(&self) -> BlockShape {
@@ -123,8 +127,8 @@ impl Grid {
         self.momentum.len() * 2 * size_of::<Lanes>() + self.homes.len() * size_of::<Home>() + self.blocks.len() * 32
     }
 
-    /// Cells of the particles of one bin, and whether they are still near their block.
-    pub(crate) fn survey(&self, axes: &[Spline], particles: &Particles, bin: &Bin) -> (Stray, [i32; 3], [i32; 3]) {
+    /// First and last node that the particles of one bin touch, and whether they are still near their block.
+    pub(crate) fn survey(&self, axes: &[Axis], particles: &Particles, bin: &Bin) -> (Stray, [i32; 3], [i32; 3]) {
         let dimension = axes.len();
         let (mut low, mut high) = ([0; 3], [0; 3]);
         let range = bin.start as usize..bin.end as usize;
@@ -143,7 +147,7 @@ impl Grid {
             if l < start - MARGIN || h >= start + self.shape.size(slot) + MARGIN {
                 return (Stray::Far, low, high);
             }
-            (low[slot], high[slot]) = (l, h);
+            (low[slot], high[slot]) = (spline.reach(l).0, spline.reach(h).1);
         }
         (Stray::No, low, high)
     }
@@ -154,21 +158,21 @@ impl Grid {
         for (home, (low, high)) in self.homes.iter_mut().zip(extents) {
             (home.low, home.high) = (*low, *high);
         }
-        if !known || self.homes.iter().zip(bins).any(|(home, bin)| self.misses_block(home, bin)) {
+        if !known || self.homes.iter().zip(bins).any(|(home, bin)| self.misses_block(model, home, bin)) {
             self.activate(model, bins, extents);
         }
     }
 
-    fn misses_block(&self, home: &Home, bin: &Bin) -> bool {
+    fn misses_block(&self, model: &Model, home: &Home, bin: &Bin) -> bool {
         let mut missing = false;
-        self.for_blocks(home.low, home.high, |block| missing |= home.neighbours[relative(block, bin.block)] == NONE);
+        let (low, high) = wanted(model, home.low, home.high);
+        self.for_blocks(low, high, |block| missing |= home.neighbours[relative(block, bin.block)] == NONE);
         missing
     }
 
-    /// Calls `f` for each block that particles in cells `low` to `high` touch.
+    /// Calls `f` for each block with nodes between `low` and `high`.
     fn for_blocks(&self, low: [i32; 3], high: [i32; 3], mut f: impl FnMut([i32; 3])) {
-        let first = self.shape.of(low);
-        let last = self.shape.of(std::array::from_fn(|s| self.shape.top(s, high[s])));
+        let (first, last) = (self.shape.of(low), self.shape.of(high));
         for a in first[0]..=last[0] {
             for b in first[1]..=last[1] {
                 for c in first[2]..=last[2] {
@@ -178,11 +182,12 @@ impl Grid {
         }
     }
 
-    /// Builds the table of active blocks from the cells that bins are in.
+    /// Builds the table of active blocks from the nodes that bins touch.
     fn activate(&mut self, model: &Model, bins: &[Bin], extents: &[([i32; 3], [i32; 3])]) {
-        let mut touched = Vec::new();
-        for (low, high) in extents {
-            self.for_blocks(*low, *high, |block| touched.push(block));
+        let mut touched: Vec<Block> = Vec::new();
+        for (bin, (low, high)) in bins.iter().zip(extents) {
+            let (low, high) = wanted(model, *low, *high);
+            self.for_blocks(low, high, |block| touched.push((bin.field, block)));
         }
         touched.sort_unstable();
         touched.dedup();
@@ -198,7 +203,7 @@ impl Grid {
             .zip(extents)
             .map(|(bin, (low, high))| {
                 let around = |k: usize| [0, 1, 2].map(|s| bin.block[s] + [k / 9, k / 3 % 3, k % 3][s] as i32 - 1);
-                let neighbours = std::array::from_fn(|k| self.table.get(&around(k)).copied().unwrap_or(NONE));
+                let neighbours = std::array::from_fn(|k| self.table.get(&(bin.field, around(k))).copied().unwrap_or(NONE));
                 Home { low: *low, high: *high, neighbours }
             })
             .collect();
@@ -208,7 +213,44 @@ impl Grid {
             self.colours[4 * parity(0) + 2 * parity(1) + parity(2)].push(i as u32);
         }
         self.colours.retain(|c| !c.is_empty());
+        self.meet();
+        self.tie(model);
         self.constrain(model);
+    }
+
+    /// Finds the blocks that two fields have.
+    fn meet(&mut self) {
+        self.encounters.clear();
+        let last = self.blocks.last().map_or(0, |block| block.0);
+        for (a, (field, place)) in self.blocks.iter().enumerate() {
+            for other in field + 1..=last {
+                if let Some(b) = self.table.get(&(other, *place)) {
+                    self.encounters.push([a as u32, *b].map(|block| block * self.shape.nodes as u32));
+                }
+            }
+        }
+    }
+
+    /// The boundary that holds a node along an axis.
+    pub(crate) fn holder(&self, node: usize, axis: usize) -> Option<u16> {
+        // they are listed in the order of the nodes
+        let start = self.constraints.partition_point(|c| (c.node as usize) < node);
+        let of_node = self.constraints[start..].iter().take_while(|c| c.node as usize == node);
+        of_node.into_iter().find(|c| c.axis as usize == axis).map(|c| c.boundary)
+    }
+
+    /// Nodes of a block.
+    pub(crate) fn nodes_a_block(&self) -> usize {
+        self.shape.nodes
+    }
+
+    /// The field and, in slots, the place of a node that is stored at `index`.
+    pub(crate) fn place(&self, index: usize) -> (u16, [i32; 3]) {
+        let shift = self.shape.shift;
+        let (field, block) = self.blocks[index / self.shape.nodes];
+        let index = index % self.shape.nodes;
+        let local = [index >> (shift[1] + shift[2]), (index >> shift[2]) & ((1 << shift[1]) - 1), index & ((1 << shift[2]) - 1)];
+        (field, std::array::from_fn(|s| (block[s] << shift[s]) + local[s] as i32))
     }
 
     /// Lists the held degrees of freedom of the active blocks. A later boundary overrides an earlier one.
@@ -236,19 +278,21 @@ impl Grid {
 
     /// Calls `f(storage index, node)` for each node of the active blocks, in slots.
     pub(crate) fn for_nodes(&self, mut f: impl FnMut(usize, [i32; 3])) {
-        let shift = self.shape.shift;
-        for (b, block) in self.blocks.iter().enumerate() {
-            for index in 0..self.shape.nodes {
-                let local = [index >> (shift[1] + shift[2]), (index >> shift[2]) & ((1 << shift[1]) - 1), index & ((1 << shift[2]) - 1)];
-                f(b * self.shape.nodes + index, std::array::from_fn(|s| (block[s] << shift[s]) + local[s] as i32));
-            }
+        for index in 0..self.momentum.len() {
+            f(index, self.place(index).1);
         }
     }
 
     /// Storage index of a node of an active block.
-    pub(crate) fn node(&self, node: [i32; 3]) -> Option<usize> {
-        let block = self.table.get(&self.shape.of(node))?;
+    pub(crate) fn node(&self, field: u16, node: [i32; 3]) -> Option<usize> {
+        let block = self.table.get(&(field, self.shape.of(node)))?;
         Some(*block as usize * self.shape.nodes + self.shape.index(node))
+    }
+
+    /// Storage index of a node that the particles of a bin touch.
+    pub(crate) fn node_of_bin(&self, bin_index: usize, bin: &Bin, node: [i32; 3]) -> usize {
+        let block = self.homes[bin_index].neighbours[relative(self.shape.of(node), bin.block)];
+        block as usize * self.shape.nodes + self.shape.index(node)
     }
 
     /// Sets the sums to zero.
@@ -262,11 +306,10 @@ impl Grid {
     /// Calls `f(tile row, node row, length)` for each row of nodes that a bin touches.
     fn for_rows(&self, home: &Home, bin: &Bin, tile: &Frame, mut f: impl FnMut(usize, usize, usize)) {
         let shape = &self.shape;
-        let top: [i32; 3] = std::array::from_fn(|s| shape.top(s, home.high[s]));
         self.for_blocks(home.low, home.high, |block| {
             let base = home.neighbours[relative(block, bin.block)] as usize * shape.nodes;
             let start: [i32; 3] = std::array::from_fn(|s| (block[s] << shape.shift[s]).max(home.low[s]));
-            let end: [i32; 3] = std::array::from_fn(|s| ((block[s] << shape.shift[s]) + shape.size(s) - 1).min(top[s]));
+            let end: [i32; 3] = std::array::from_fn(|s| ((block[s] << shape.shift[s]) + shape.size(s) - 1).min(home.high[s]));
             for i in start[0]..=end[0] {
                 for j in start[1]..=end[1] {
                     let first = [i, j, start[2]];
@@ -279,7 +322,7 @@ impl Grid {
     /// Makes `tile` cover what a bin touches, filled with zeros.
     pub(crate) fn open(&self, bin_index: usize, tile: &mut Tile) {
         let home = &self.homes[bin_index];
-        tile.frame = Frame::new(home.low, std::array::from_fn(|s| self.shape.top(s, home.high[s])));
+        tile.frame = Frame::new(home.low, home.high);
         let nodes = tile.frame.nodes;
         for lanes in [&mut tile.momentum, &mut tile.force] {
             lanes.clear();
@@ -316,6 +359,17 @@ impl Grid {
             }
         });
     }
+}
+
+/// The nodes whose blocks a bin wants: those its particles touch; quadrature points lie up to a cell beside the particles.
+fn wanted(model: &Model, low: [i32; 3], high: [i32; 3]) -> ([i32; 3], [i32; 3]) {
+    if !model.needs.quadrature {
+        return (low, high);
+    }
+    let axis = |s: usize| (s + model.dimension).checked_sub(3).map(|a| &model.axes[a]);
+    let down = std::array::from_fn(|s| axis(s).map_or(0, |_| (low[s] - 1).max(0)));
+    let up = std::array::from_fn(|s| axis(s).map_or(0, |axis| (high[s] + 1).min(axis.functions() - 1)));
+    (down, up)
 }
 
 fn add_rows(to: &mut [Lanes], from: &[Lanes]) {

@@ -1,20 +1,21 @@
 //! Keeps particles that are neighbours in space neighbours in memory.
 
-use super::BlockShape;
-use crate::basis::Spline;
+use super::{Block, BlockShape};
+use crate::model::Model;
 use crate::state::{Bin, Particles};
 
-/// Sorts the particles by block and, within a block, by cell; particles of one cell keep their order. Returns the bins.
-pub(crate) fn sort(axes: &[Spline], shape: BlockShape, particles: &mut Particles) -> Vec<Bin> {
-    let dimension = axes.len();
+/// Sorts the particles by field (see [`super`]) and block and, within a block, by cell; particles of one cell keep their order. Returns the
+/// bins.
+pub(crate) fn sort(model: &Model, shape: BlockShape, particles: &mut Particles) -> Vec<Bin> {
+    let (axes, dimension) = (&model.axes, model.dimension);
     let n = particles.len();
-    let mut keyed: Vec<([i32; 3], u32, u32)> = (0..n)
+    let mut keyed: Vec<(Block, u32, u32)> = (0..n)
         .map(|p| {
             let mut cell = [0; 3];
             for (axis, spline) in axes.iter().enumerate() {
                 cell[3 - dimension + axis] = spline.cell(particles.position.column(axis)[p]).0;
             }
-            (shape.of(cell), shape.index(cell) as u32, p as u32)
+            ((model.field(particles.body[p]), shape.of(cell)), shape.index(cell) as u32, p as u32)
         })
         .collect();
     // the last key is the place in memory, so that equal cells keep their order and the result does not depend on the sort
@@ -26,8 +27,8 @@ pub(crate) fn sort(axes: &[Spline], shape: BlockShape, particles: &mut Particles
     let mut bins: Vec<Bin> = Vec::new();
     for (p, (block, _, _)) in keyed.iter().enumerate() {
         match bins.last_mut() {
-            Some(bin) if bin.block == *block => bin.end = p as u32 + 1,
-            _ => bins.push(Bin { block: *block, start: p as u32, end: p as u32 + 1 }),
+            Some(bin) if (bin.field, bin.block) == *block => bin.end = p as u32 + 1,
+            _ => bins.push(Bin { field: block.0, block: block.1, start: p as u32, end: p as u32 + 1 }),
         }
     }
     bins

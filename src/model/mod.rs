@@ -1,14 +1,17 @@
 //! 2 COMPILE: Scene -> Model: immutable tables, and [`Needs`]: what this scene needs, and so what it does not.
 
+mod lattice;
 mod load;
 mod sample;
 
 pub(crate) use load::{Load, SPACE_TIME, Signal, SurfacePoint, Target};
 
-use crate::basis::Spline;
+use crate::basis::{Axis, Family};
 use crate::material::{Embedding, Material};
-use crate::scene::{self, Fault, Formula, SceneError, Shape, Transfer};
+use crate::scene::{self, Basis, Fault, Formula, Mass, MassSolver, Quadrature, SceneError, Shape, Transfer};
 use crate::state::{Particles, State, Table};
+use lattice::lattice;
+pub(crate) use lattice::Lattice;
 use sample::sample;
 
 /// A scene made ready to run.
@@ -17,7 +20,7 @@ pub(crate) struct Model {
     pub(crate) dimension: usize,
     pub(crate) embedding: Embedding,
     /// One an axis.
-    pub(crate) axes: Vec<Spline>,
+    pub(crate) axes: Vec<Axis>,
     pub(crate) bodies: Vec<Body>,
     pub(crate) boundaries: Vec<Boundary>,
     pub(crate) loads: Vec<Load>,
@@ -30,6 +33,20 @@ pub(crate) struct Model {
     pub(crate) flip_share: f64,
     /// The velocity of nodes lighter than this takes no part of their force \[kg\].
     pub(crate) light: f64,
+    /// Rows of a consistent mass matrix are lumped at nodes lighter than this \[kg\].
+    pub(crate) lump_below: f64,
+    pub(crate) masses: Masses,
+    /// Mass matrix of the velocity projection.
+    pub(crate) projection: MassRule,
+    /// Mass matrix of the balance of momentum.
+    pub(crate) balance: MassRule,
+    pub(crate) quadrature: Quadrature,
+    /// Whether velocities are projected with the quadrature of the forces.
+    pub(crate) quadrature_of_velocity: bool,
+    /// Whether the domains of particles follow the deformation; `None` where the family has none.
+    pub(crate) domains: Option<bool>,
+    /// Coefficient of friction between bodies; `None` where they share one velocity field.
+    pub(crate) friction: Option<f64>,
     pub(crate) pace: Pace,
     pub(crate) needs: Needs,
 }
@@ -42,6 +59,48 @@ pub(crate) struct Body {
     /// Density at time 0 \[kg/m3\].
     pub(crate) density: f64,
     pub(crate) particles: std::ops::Range<usize>,
+    /// Half the length of the domain of a particle at time 0 \[m\].
+    pub(crate) half: [f64; 3],
+    /// The particles line by line; only where quadrature asks for it.
+    pub(crate) lattice: Option<Lattice>,
+}
+
+/// What nodal masses may be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Masses {
+    /// Shape functions are nowhere negative.
+    Positive,
+    /// A negative one ends the run: the method breaks down there (Andersen 2007).
+    MustBePositive,
+    /// They may have any sign.
+    Signed,
+}
+
+/// How a mass matrix is inverted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum MassRule {
+    /// Lumped.
+    Lumped,
+    /// This many terms of the series of the inverse.
+    Series(usize),
+    /// Solved down to a relative residual.
+    Solved { solver: MassSolver, residual: f64 },
+}
+
+impl MassRule {
+    fn new(mass: Mass, method: &scene::Method) -> Self {
+        match mass {
+            Mass::Lumped => Self::Lumped,
+            Mass::Fmpm => Self::Series(method.fmpm_order.unwrap_or(2)),
+            Mass::Consistent => Self::Solved {
+                solver: method.mass_solver.unwrap_or(MassSolver::Pcg),
+                residual: method.mass_residual.unwrap_or(1e-9),
+            },
+        }
+    }
+    pub(crate) fn is_lumped(self) -> bool {
+        self == Self::Lumped
+    }
 }
 
 /// Where and how the velocity of the grid is held.
@@ -65,12 +124,13 @@ enum Region {
 
 impl Boundary {
     /// Whether the node (for B-splines: the Greville point) lies in the region.
-    pub(crate) fn holds(&self, axes: &[Spline], node: &[i32]) -> bool {
+    pub(crate) fn holds(&self, axes: &[Axis], node: &[i32]) -> bool {
         match &self.region {
-            Region::Face { axis, upper } => node[*axis] == if *upper { axes[*axis].functions() - 1 } else { 0 },
+            Region::Face { axis, upper } => axes[*axis].ends(node[*axis], *upper),
             Region::Shape(shape) => {
-                let place: Vec<f64> = node.iter().zip(axes).map(|(&i, axis)| axis.node_position(i)).collect();
-                let slack = 1e-9 * Spline::smallest_cell(axes);
+                // a node outside the grid is held with the nearest one on its edge
+                let place: Vec<f64> = node.iter().zip(axes).map(|(&i, axis)| axis.into_grid(axis.node_position(i))).collect();
+                let slack = 1e-9 * Axis::smallest_cell(axes);
                 shape.contains(&place, slack)
             }
         }
@@ -78,6 +138,12 @@ impl Boundary {
     /// Velocity along `axis` at `time` \[m/s\]; `None` where it is free.
     pub(crate) fn velocity(&self, axis: usize, time: f64) -> Option<f64> {
         self.velocity[axis].as_ref().map(|f| f.eval(&[time]))
+    }
+    /// Holds the same nodes, but still.
+    pub(crate) fn stop(&mut self) {
+        for formula in self.velocity.iter_mut().flatten() {
+            *formula = Formula::constant(0.0);
+        }
     }
     pub(crate) fn holds_axis(&self, axis: usize) -> bool {
         self.velocity[axis].is_some()
@@ -126,6 +192,12 @@ pub(crate) struct Needs {
     pub(crate) lookup: bool,
     /// The work of loads and moving boundaries.
     pub(crate) work: bool,
+    /// Quadrature points beside the particles.
+    pub(crate) quadrature: bool,
+    /// A mass matrix that is not diagonal.
+    pub(crate) mass_matrix: bool,
+    /// Nodes that follow others (serendipity elements).
+    pub(crate) tied: bool,
 }
 
 impl Model {
@@ -143,9 +215,30 @@ impl Model {
         self.reference.row(id as usize)
     }
 
+    /// Whether a step uses the velocity that is projected first, before the kick: pure FLIP uses accelerations alone.
+    pub(crate) fn needs_nodal_velocity(&self) -> bool {
+        self.flip_share < 1.0 || self.friction.is_some() || self.integrator != scene::Integrator::Musl
+    }
+
+    /// Velocity field of a body.
+    #[inline(always)]
+    pub(crate) fn field(&self, body: u16) -> u16 {
+        if self.friction.is_some() { body } else { 0 }
+    }
+
+    /// Half-lengths of the domain of the particle at a place in memory \[m\]; zero where the family has none.
+    pub(crate) fn half_lengths(&self, particles: &Particles, row: usize) -> [f64; 3] {
+        let Some(follow) = self.domains else { return [0.0; 3] };
+        let half = self.bodies[particles.body[row] as usize].half;
+        std::array::from_fn(|a| {
+            let stretch = if follow && a < self.dimension { particles.deformation.column(a * (self.dimension + 1))[row] } else { 1.0 };
+            half[a] * stretch
+        })
+    }
+
     /// Smallest cell size \[m\].
     pub(crate) fn cell(&self) -> f64 {
-        Spline::smallest_cell(&self.axes)
+        Axis::smallest_cell(&self.axes)
     }
 }
 
@@ -155,15 +248,21 @@ fn fault(path: impl Into<String>) -> impl FnOnce(String) -> Fault {
 }
 
 fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
-    let dimension = scene.dimension;
-    let degree = scene.method.degree();
-    let axes: Vec<Spline> = (0..dimension)
+    let (dimension, method) = (scene.dimension, &scene.method);
+    let family = match method.basis {
+        Basis::Linear => Family::OpenSpline(1),
+        Basis::Bspline => Family::OpenSpline(method.spline_degree()),
+        Basis::Lagrange | Basis::Serendipity => Family::Elements,
+        Basis::Cubic => Family::UniformCubic,
+        Basis::Gimp => Family::Domains { follow: method.domain != Some(scene::Domain::Uniform) },
+    };
+    let axes: Vec<Axis> = (0..dimension)
         .map(|a| {
             let cell = scene.grid.cell.axis(a).unwrap_or(f64::NAN);
-            Spline::new(scene.grid.origin[a], cell, (scene.grid.size[a] / cell).round() as usize, degree)
+            Axis::new(scene.grid.origin[a], cell, (scene.grid.size[a] / cell).round() as usize, family)
         })
         .collect();
-    let affine = scene.method.transfer == Transfer::Apic;
+    let affine = method.transfer == Transfer::Apic;
 
     let mut bodies: Vec<Body> = Vec::new();
     let (mut samples, mut body_of) = (Vec::new(), Vec::new());
@@ -178,11 +277,24 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
             ));
         }
         body_of.resize(samples.len(), index as u16);
+        let ordered = if method.quadrature == Quadrature::Splines {
+            let found = lattice(&samples[start..], start, dimension, Axis::smallest_cell(&axes));
+            Some(found.ok_or_else(|| {
+                let message = "does not hold its particles in full rows and columns, which `method.quadrature = \"splines\"` needs; \
+                               take a box of whole cells, or \"least_squares\"";
+                Fault::new(format!("body.{name}.shape"), message)
+            })?)
+        } else {
+            None
+        };
+        let half = |a: usize| axes.get(a).map_or(0.0, |axis| 0.5 * axis.cell_size() / body.particles_per_cell.axis(a).unwrap_or(1) as f64);
         bodies.push(Body {
             name: name.clone(),
             material: Material::new(material),
             density: material.density,
             particles: start..samples.len(),
+            half: std::array::from_fn(half),
+            lattice: ordered,
         });
     }
     let n = samples.len();
@@ -219,24 +331,36 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
     state.inputs =
         loads.iter().map(|l| if matches!(l.signal, Signal::External) { vec![0.0; l.components(dimension)] } else { Vec::new() }).collect();
 
-    let flip_share = match scene.method.transfer {
-        Transfer::Flip => scene.method.flip_share.unwrap_or(1.0),
+    let flip_share = match method.transfer {
+        Transfer::Flip => method.flip_share.unwrap_or(1.0),
         Transfer::Pic | Transfer::Apic => 0.0,
     };
     let lightest = state.particles.mass.iter().copied().fold(f64::INFINITY, f64::min);
+    let (projection, balance) = (MassRule::new(method.mass, method), MassRule::new(method.mass_of_balance(), method));
+    let masses = match method.basis {
+        Basis::Lagrange if projection.is_lumped() || balance.is_lumped() => Masses::MustBePositive,
+        Basis::Lagrange | Basis::Serendipity => Masses::Signed,
+        _ => Masses::Positive,
+    };
     // Only where the gradient is taken of the kicked velocity, and slopes do not vanish with the functions.
-    let affine_or_last = affine || scene.method.integrator == scene::Integrator::Usl;
-    let guarded = degree == 1 && affine_or_last && (flip_share == 0.0 || flip_share == 1.0);
-    let light = if guarded { scene.method.mass_tolerance * lightest } else { 0.0 };
+    let affine_or_last = affine || method.integrator == scene::Integrator::Usl;
+    let guarded = method.has_kinks() && affine_or_last && (flip_share == 0.0 || flip_share == 1.0) && balance.is_lumped();
+    let tolerance = method.mass_tolerance * lightest;
+    let light = if guarded { tolerance } else { 0.0 };
     let needs = Needs {
         affine,
         increment: flip_share > 0.0 || light > 0.0,
         body_force: loads.iter().any(|l| matches!(l.target, Target::BodyForce(_))),
         history,
         lateral,
-        lookup: !probes.is_empty() || loads.iter().any(|l| !matches!(l.target, Target::Gravity)),
+        lookup: !probes.is_empty()
+            || method.quadrature != Quadrature::Particles
+            || loads.iter().any(|l| !matches!(l.target, Target::Gravity)),
         work: !loads.is_empty()
             || boundaries.iter().any(|b: &Boundary| b.velocity.iter().flatten().any(|f| f.uses(0) || f.eval(&[0.0]) != 0.0)),
+        quadrature: method.quadrature != Quadrature::Particles,
+        mass_matrix: !projection.is_lumped() || !balance.is_lumped(),
+        tied: method.basis == Basis::Serendipity,
     };
     let model = Model {
         dimension,
@@ -247,10 +371,21 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         loads,
         probes,
         reference,
-        integrator: scene.method.integrator,
-        transfer: scene.method.transfer,
+        integrator: method.integrator,
+        transfer: method.transfer,
         flip_share,
         light,
+        lump_below: if masses == Masses::Positive { tolerance } else { 0.0 },
+        masses,
+        projection,
+        balance,
+        quadrature: method.quadrature,
+        quadrature_of_velocity: method.quadrature_of_velocity(),
+        domains: match family {
+            Family::Domains { follow } => Some(follow),
+            _ => None,
+        },
+        friction: scene.contact.as_ref().map(|contact| contact.friction),
         pace: match scene.time.step {
             Some(step) => Pace::Fixed(step),
             None => Pace::Cfl(scene.time.cfl.unwrap_or(0.4)),
@@ -331,7 +466,7 @@ struct Finder<'a> {
     reference: &'a Table,
     bodies: &'a [Body],
     scene: &'a scene::Scene,
-    axes: &'a [Spline],
+    axes: &'a [Axis],
 }
 
 impl Finder<'_> {
@@ -405,12 +540,12 @@ impl Finder<'_> {
 /// The particles of a body by grid cell, to find the nearest one to a point.
 struct Neighbours<'a> {
     reference: &'a Table,
-    axes: &'a [Spline],
+    axes: &'a [Axis],
     cells: std::collections::HashMap<[i32; 3], Vec<u32>>,
 }
 
 impl<'a> Neighbours<'a> {
-    fn new(reference: &'a Table, particles: std::ops::Range<usize>, axes: &'a [Spline]) -> Self {
+    fn new(reference: &'a Table, particles: std::ops::Range<usize>, axes: &'a [Axis]) -> Self {
         let mut near = Self { reference, axes, cells: std::collections::HashMap::new() };
         for p in particles {
             let cell = near.cell(&reference.row::<3>(p));
@@ -449,7 +584,7 @@ impl<'a> Neighbours<'a> {
         }
         candidates.sort_unstable();
         let nearest = candidates.iter().map(|&p| distance(p)).fold(f64::INFINITY, f64::min);
-        let tie = 1e-9 * Spline::smallest_cell(self.axes);
+        let tie = 1e-9 * Axis::smallest_cell(self.axes);
         let hosts = candidates.into_iter().filter(|&p| distance(p) <= nearest + tie);
         hosts.map(|particle| Anchor { particle, offset: offset(particle) }).collect()
     }

@@ -1,6 +1,7 @@
 //! Fills a body with particles.
 
-use crate::basis::Spline;
+use crate::basis::Axis;
+use crate::quadrature::gauss_legendre;
 use crate::scene::{Body, Positions};
 
 /// One particle at time 0.
@@ -18,10 +19,10 @@ const SLACK: f64 = 1e-9;
 const JITTER: f64 = 0.4;
 
 /// The particles of a body, cell by cell with the last axis fastest. The scene must have passed its check.
-pub(crate) fn sample(body: &Body, axes: &[Spline]) -> Vec<Sample> {
+pub(crate) fn sample(body: &Body, axes: &[Axis]) -> Vec<Sample> {
     let dimension = axes.len();
     let (lower, upper) = body.shape.bounds(dimension);
-    let slack = SLACK * Spline::smallest_cell(axes);
+    let slack = SLACK * Axis::smallest_cell(axes);
     // Per axis: first cell, number of cells, local coordinates and weights of the particles of a cell.
     let columns: Vec<Column> = (0..dimension)
         .map(|a| {
@@ -30,7 +31,7 @@ pub(crate) fn sample(body: &Body, axes: &[Spline]) -> Vec<Sample> {
             Column::new(first, last, body.particles_per_cell.axis(a).unwrap_or(1), body.positions)
         })
         .collect();
-    let cell_volume: f64 = axes.iter().map(Spline::cell_size).product();
+    let cell_volume: f64 = axes.iter().map(Axis::cell_size).product();
     let mut random = SplitMix(body.seed);
     let mut samples = Vec::new();
     let counts: Vec<usize> = columns.iter().map(Column::len).collect();
@@ -87,32 +88,6 @@ impl Column {
     }
 }
 
-/// Gauss-Legendre points and weights on \[0, 1\]: zeros of the Legendre polynomial by Newton from the Chebyshev guess.
-pub(crate) fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
-    (0..n)
-        .map(|i| {
-            let mut x = -(std::f64::consts::PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
-            let mut slope = 1.0;
-            for _ in 0..100 {
-                let (mut p0, mut p1) = (1.0, x);
-                for k in 2..=n {
-                    (p0, p1) = (p1, ((2 * k - 1) as f64 * x * p1 - (k - 1) as f64 * p0) / k as f64);
-                }
-                if n == 1 {
-                    (p0, p1) = (1.0, x);
-                }
-                slope = n as f64 * (x * p1 - p0) / (x * x - 1.0);
-                let move_ = p1 / slope;
-                x -= move_;
-                if move_.abs() < 1e-16 {
-                    break;
-                }
-            }
-            (0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * slope * slope))
-        })
-        .collect()
-}
-
 /// Counts through a box of indices, the last one fastest.
 struct Odometer {
     counts: Vec<usize>,
@@ -160,17 +135,8 @@ impl SplitMix {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::basis::Family;
     use crate::scene::{OneOrEach, Shape};
-
-    #[test]
-    fn gauss_points_integrate_polynomials_of_degree_2n_minus_1() {
-        for n in 1..=8 {
-            for degree in 0..2 * n {
-                let sum: f64 = gauss_legendre(n).iter().map(|(x, w)| w * x.powi(degree as i32)).sum();
-                assert!((sum - 1.0 / (degree as f64 + 1.0)).abs() < 1e-14, "n = {n}, degree {degree}: {sum}");
-            }
-        }
-    }
 
     fn body(shape: Shape, positions: Positions, per_cell: usize) -> Body {
         Body { material: String::new(), shape, particles_per_cell: OneOrEach::One(per_cell), positions, seed: 7, velocity: Vec::new() }
@@ -178,7 +144,7 @@ mod tests {
 
     #[test]
     fn a_fitted_box_is_filled_exactly() {
-        let axes: Vec<Spline> = (0..2).map(|_| Spline::new(0.0, 0.1, 10, 2)).collect();
+        let axes: Vec<Axis> = (0..2).map(|_| Axis::new(0.0, 0.1, 10, Family::OpenSpline(2))).collect();
         for positions in [Positions::Uniform, Positions::Gauss, Positions::Jittered] {
             let shape = Shape::Box { min: vec![0.1, 0.2], max: vec![0.7, 1.0] };
             let samples = sample(&body(shape.clone(), positions, 3), &axes);
@@ -191,7 +157,7 @@ mod tests {
 
     #[test]
     fn jitter_depends_on_the_seed_alone() {
-        let axes = [Spline::new(0.0, 0.1, 10, 2)];
+        let axes = [Axis::new(0.0, 0.1, 10, Family::OpenSpline(2))];
         let mut jittered = body(Shape::Box { min: vec![0.0], max: vec![1.0] }, Positions::Jittered, 2);
         let first = sample(&jittered, &axes);
         assert_eq!(first, sample(&jittered, &axes));

@@ -2,10 +2,11 @@
 
 mod action;
 mod exact;
+mod method;
 mod region;
 
 use super::fault::{counted, hint, plain, short};
-use super::{Basis, Body, Expr, Fault, Integrator, OneOrEach, Plane, Positions, Scene, Shape, Transfer};
+use super::{Body, Expr, Fault, OneOrEach, Plane, Positions, Scene, Shape};
 use region::Cells;
 
 /// Most cells along an axis.
@@ -43,6 +44,7 @@ pub fn check(scene: &Scene) -> Vec<Fault> {
     if (1..=3).contains(&scene.dimension) {
         check.plane();
         check.cells = check.grid();
+        check.method_on_grid();
         check.bodies();
         check.boundaries();
         check.loads();
@@ -52,6 +54,11 @@ pub fn check(scene: &Scene) -> Vec<Fault> {
         check.fault("dimension", format!("is {}; must be 1, 2 or 3", scene.dimension));
     }
     check.faults
+}
+
+/// What can be simulated but is seldom wise, with the reason.
+pub fn warnings(scene: &Scene) -> Vec<Fault> {
+    method::warnings(scene)
 }
 
 struct Check<'a> {
@@ -163,25 +170,6 @@ impl<'a> Check<'a> {
         for (path, count) in [("body", self.scene.body.len()), ("boundary", self.scene.boundary.len())] {
             self.require(count <= usize::from(u16::MAX), path, || format!("has {count} entries; must have at most {}", u16::MAX));
         }
-    }
-
-    fn method(&mut self) {
-        let method = &self.scene.method;
-        if let Some(degree) = method.degree {
-            self.require(method.basis == Basis::Bspline, "method.degree", || "is for basis = \"bspline\" only; leave it out".into());
-            self.require((1..=5).contains(&degree), "method.degree", || format!("is {degree}; must be 1 to 5"));
-        }
-        if let Some(share) = method.flip_share {
-            let flips = method.transfer == Transfer::Flip;
-            self.require(flips, "method.flip_share", || "is for transfer = \"flip\" only; leave it out".into());
-            self.require((0.0..=1.0).contains(&share), "method.flip_share", || format!("is {}; must be 0 to 1", plain(share)));
-        }
-        let blends = method.transfer == Transfer::Flip && method.flip_share.is_some_and(|share| share > 0.0 && share < 1.0);
-        self.require(!(blends && method.degree() == 1 && method.integrator == Integrator::Usl), "method.flip_share", || {
-            "blends FLIP and PIC, which with linear functions and USL throws nearly empty nodes out; take musl or usf, or B-splines".into()
-        });
-        let tolerance = method.mass_tolerance;
-        self.require((0.0..=1.0).contains(&tolerance), "method.mass_tolerance", || format!("is {}; must be 0 to 1", plain(tolerance)));
     }
 
     fn time(&mut self) {

@@ -93,6 +93,11 @@ impl Formula {
         Ok(formula)
     }
 
+    /// A formula that always has this value.
+    pub fn constant(value: f64) -> Self {
+        Self { root: Term::Number(value) }
+    }
+
     /// The value where the variables, in the order given to [`parse`](Self::parse), have these values. Allocates nothing.
     ///
     /// # Panics

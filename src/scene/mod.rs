@@ -7,12 +7,14 @@
 pub mod check;
 mod fault;
 mod formula;
+mod method;
 pub mod parse;
 mod shape;
 mod structure;
 
 pub use fault::{Fault, SceneError, nearest};
 pub use formula::Formula;
+pub use method::{Basis, Domain, Integrator, Mass, MassSolver, Method, Quadrature, QuadratureOf, Transfer};
 pub use shape::{Face, FacePoint, Shape};
 
 use indexmap::IndexMap;
@@ -45,6 +47,9 @@ pub struct Scene {
     /// Material points that are watched, by name.
     #[serde(default)]
     pub probe: IndexMap<String, Probe>,
+    /// What happens where bodies meet; without it they share one velocity field, and stick.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<Contact>,
     /// How the scene is solved.
     #[serde(default)]
     pub method: Method,
@@ -320,84 +325,14 @@ pub struct Probe {
     pub at: Vec<f64>,
 }
 
-/// How the scene is solved: a point in the table formulation x basis x transfer x integrator.
+/// What happens where bodies meet: each has its own velocity field, corrected at the nodes that two bodies reach so that they do not come
+/// closer there, with Coulomb friction (Bardenhagen et al. 2001).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Method {
-    /// Family of shape functions.
-    pub basis: Basis,
-    /// Degree of the B-splines, 1 to 5; 1 is the same as the linear basis.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub degree: Option<usize>,
-    /// When the stress is updated within a step.
-    pub integrator: Integrator,
-    /// How velocity travels between particles and grid.
-    pub transfer: Transfer,
-    /// Share of FLIP in a FLIP transfer, 0 to 1; the rest is PIC.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub flip_share: Option<f64>,
-    /// A node lighter than this share of the lightest particle is nearly empty. With linear functions and USL or APIC its velocity, and
-    /// so the velocity gradient, takes no part of its force; the particles do, so that momentum is conserved. Other combinations need
-    /// no tolerance.
-    pub mass_tolerance: f64,
-}
-
-impl Default for Method {
-    fn default() -> Self {
-        Self {
-            basis: Basis::Bspline,
-            degree: None,
-            integrator: Integrator::Musl,
-            transfer: Transfer::Flip,
-            flip_share: None,
-            mass_tolerance: 0.1,
-        }
-    }
-}
-
-impl Method {
-    /// Degree of the shape functions: 1 for linear, that of the B-splines (2 unless given) else.
-    pub fn degree(&self) -> usize {
-        match self.basis {
-            Basis::Linear => 1,
-            Basis::Bspline => self.degree.unwrap_or(2),
-        }
-    }
-}
-
-/// Families of shape functions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Basis {
-    /// Piecewise linear (bilinear, trilinear).
-    Linear,
-    /// B-splines with open knots at the ends of the grid.
-    Bspline,
-}
-
-/// When the stress is updated within a step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Integrator {
-    /// Update stress first: from the velocity projected at the new positions. Keeps the energy.
-    Usf,
-    /// Update stress last: from the updated nodal velocity. Cheapest; dissipates.
-    Usl,
-    /// Modified update stress last: stress and positions from the velocity projected again (Sulsky 1994, Tielen 2016, section 3.2).
-    /// Keeps the energy; quieter than USF, for particles and their deformation move with the same field.
-    Musl,
-}
-
-/// How velocity travels between particles and grid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Transfer {
-    /// Particles take the interpolated velocity: very dissipative.
-    Pic,
-    /// Particles take the interpolated increment; `flip_share` blends with PIC.
-    Flip,
-    /// Affine particle-in-cell: keeps linear and angular momentum, filters noise.
-    Apic,
+#[serde(deny_unknown_fields)]
+pub struct Contact {
+    /// Coefficient of friction \[-\], 0 or more.
+    #[serde(default)]
+    pub friction: f64,
 }
 
 /// How long, and in what steps. Give either `step` or `cfl`; with neither, `cfl` is 0.4.

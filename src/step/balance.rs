@@ -1,16 +1,36 @@
-//! Stage 4: balance of momentum on the nodes, with lumped mass, and the boundaries.
+//! Stage 4: balance of momentum on the nodes, and the boundaries.
 
 use super::Stepper;
-use crate::model::Model;
+use super::mass::Held;
+use crate::component::StepError;
+use crate::grid::Lanes;
+use crate::model::{MassRule, Masses, Model};
+use crate::state::State;
+
+/// Share of the largest nodal mass up to which a negative one is round-off.
+const ROUND_OFF: f64 = 1e-12;
 
 impl Stepper {
     /// Turns momentum into velocity and force into acceleration, then kicks. Boundaries hold momentum and rate of momentum (Buzzi et
-    /// al. 2008, section 5.5): the velocity on the way in, and its change.
-    pub(super) fn balance(&mut self, model: &Model, time: f64, kick: f64, dt: f64) {
+    /// al. 2008, section 5.5): the velocity on the way in, and its change. The velocity is that of the projection only where it is
+    /// `wanted`; a FLIP kick needs the acceleration alone.
+    pub(super) fn balance(&mut self, model: &Model, state: &mut State, kick: f64, dt: f64, wanted: bool) -> Result<(), StepError> {
+        self.check_masses(model, state.time)?;
+        if model.balance.is_lumped() && (model.projection.is_lumped() || !wanted) {
+            self.balance_lumped(model, state.time, kick, dt);
+        } else {
+            self.balance_with_matrix(model, state, kick, dt, wanted)?;
+        }
+        // exactly, and for nearly empty nodes too
+        self.hold_velocity(model, state.time + 0.5 * dt);
+        Ok(())
+    }
+
+    fn balance_lumped(&mut self, model: &Model, time: f64, kick: f64, dt: f64) {
         self.hold(model, time, kick, dt);
         for (momentum, force) in self.grid.momentum.iter_mut().zip(&mut self.grid.force) {
             let mass = momentum[0];
-            if mass <= 0.0 {
+            if is_empty(model, mass) {
                 // nothing is here; a force can only come from slopes of functions whose value is zero
                 *force = [0.0; 4];
                 continue;
@@ -18,15 +38,123 @@ impl Stepper {
             let inverse = 1.0 / mass;
             // A nearly empty node of linear functions would be thrown out by its force, for its slopes are not small like its mass. Its
             // acceleration still reaches the particles, so that momentum is conserved, but not the velocity gradient.
-            let light = mass < model.light;
+            let light = mass.abs() < model.light;
             for a in 0..model.dimension {
                 let pushed = if light { 0.0 } else { force[1 + a] * inverse };
                 momentum[1 + a] = momentum[1 + a] * inverse + kick * (pushed + self.gravity[a]);
                 force[1 + a] = force[1 + a] * inverse + self.gravity[a];
             }
         }
-        // exactly, and for nearly empty nodes too
-        self.hold_velocity(model, time + 0.5 * dt);
+    }
+
+    /// The same with mass matrices that are not diagonal. Held degrees of freedom keep their values within the solution.
+    fn balance_with_matrix(&mut self, model: &Model, state: &mut State, kick: f64, dt: f64, wanted: bool) -> Result<(), StepError> {
+        let time = state.time;
+        self.assemble(model, state)?;
+        let (before, after) = around(time, kick, dt);
+        let held = |value: &dyn Fn(usize, f64, f64) -> f64| -> Vec<Held> {
+            let of = |c: &crate::grid::Constraint| {
+                let (boundary, axis) = (&model.boundaries[c.boundary as usize], c.axis as usize);
+                let (old, new) = (boundary.velocity(axis, before)?, boundary.velocity(axis, after)?);
+                Some(Held { node: c.node as usize, lane: 1 + axis, value: value(axis, old, new) })
+            };
+            self.grid.constraints.iter().filter_map(of).collect()
+        };
+        let old = held(&|_, old, _| old);
+        // gravity accelerates all alike: it is left out here and added to the solution
+        let change = held(&|axis, old, new| if kick > 0.0 { (new - old) / kick - self.gravity[axis] } else { -self.gravity[axis] });
+        let mut right = std::mem::take(&mut self.right);
+
+        right.clone_from(&self.grid.momentum);
+        let rule = if wanted { model.projection } else { MassRule::Lumped };
+        self.solve(rule, time, &old, &right, |grid| &mut grid.momentum, model)?;
+        let mut gained: Vec<f64> = Vec::new();
+        if model.flip_share < 1.0 {
+            self.matrix_times(rule, |grid| &grid.momentum);
+            gained.extend(old.iter().map(|h| self.product[h.node][h.lane] - right[h.node][h.lane]));
+        }
+        right.clone_from(&self.grid.force);
+        self.solve(model.balance, time, &change, &right, |grid| &mut grid.force, model)?;
+        self.matrix_times(model.balance, |grid| &grid.force);
+        for (k, h) in change.iter().enumerate() {
+            let flip = self.product[h.node][h.lane] - right[h.node][h.lane];
+            // PIC takes the whole nodal velocity: what the projection was held to counts too
+            let pic = if kick > 0.0 { gained.get(k).copied().unwrap_or(0.0) / kick } else { 0.0 };
+            let reaction = flip + (1.0 - model.flip_share) * pic;
+            let c = &self.grid.constraints[k];
+            self.impulse[c.boundary as usize][h.lane - 1] += reaction * kick;
+            self.boundary_work += reaction * model.boundaries[c.boundary as usize].velocity(h.lane - 1, after).unwrap_or(0.0) * dt;
+        }
+        self.right = right;
+        for (velocity, acceleration) in self.grid.momentum.iter_mut().zip(&mut self.grid.force) {
+            if is_empty(model, velocity[0]) {
+                *acceleration = Lanes::default();
+                continue;
+            }
+            for a in 0..model.dimension {
+                acceleration[1 + a] += self.gravity[a];
+                velocity[1 + a] += kick * acceleration[1 + a];
+            }
+        }
+        Ok(())
+    }
+
+    /// Solves for a field of the grid in place.
+    pub(super) fn solve(
+        &mut self,
+        rule: MassRule,
+        time: f64,
+        held: &[Held],
+        right: &[Lanes],
+        field: impl Fn(&mut crate::grid::Grid) -> &mut Vec<Lanes>,
+        model: &Model,
+    ) -> Result<(), StepError> {
+        if rule.is_lumped() {
+            let mass: Vec<f64> = self.grid.momentum.iter().map(|lanes| lanes[0]).collect();
+            for ((x, r), m) in field(&mut self.grid).iter_mut().zip(right).zip(mass) {
+                for lane in 1..4 {
+                    x[lane] = if is_empty(model, m) { 0.0 } else { r[lane] / m };
+                }
+            }
+            for h in held {
+                field(&mut self.grid)[h.node][h.lane] = h.value;
+            }
+            return Ok(());
+        }
+        let found = self.matrix.solve(rule, held, right, field(&mut self.grid));
+        self.iterations += found.map_err(|e| StepError::NoConvergence { time, iterations: e.iterations, residual: e.residual })? as u64;
+        Ok(())
+    }
+
+    /// `product` = M times a field of the grid.
+    fn matrix_times(&mut self, rule: MassRule, field: impl Fn(&crate::grid::Grid) -> &Vec<Lanes>) {
+        self.product.clear();
+        if rule.is_lumped() {
+            let mass = self.grid.momentum.iter().map(|lanes| lanes[0]);
+            self.product.extend(field(&self.grid).iter().zip(mass).map(|(v, m)| v.map(|v| m * v)));
+        } else {
+            self.product.extend_from_slice(self.matrix.times(field(&self.grid)));
+        }
+    }
+
+    /// Kinetic energy of the nodes \[J\] (Andersen 2007, eqs 28 and 29).
+    pub(super) fn nodal_kinetic_energy(&mut self, model: &Model) -> f64 {
+        self.matrix_times(model.projection, |grid| &grid.momentum);
+        let dot = |(v, m): (&Lanes, &Lanes)| (1..4).map(|l| v[l] * m[l]).sum::<f64>();
+        0.5 * self.grid.momentum.iter().zip(&self.product).map(dot).sum::<f64>()
+    }
+
+    /// With Lagrange elements the method breaks down where a nodal mass turns negative (Andersen 2007, appendix).
+    pub(super) fn check_masses(&self, model: &Model, time: f64) -> Result<(), StepError> {
+        if model.masses != Masses::MustBePositive {
+            return Ok(());
+        }
+        let largest = self.grid.momentum.iter().map(|lanes| lanes[0]).fold(0.0, f64::max);
+        let Some(index) = self.grid.momentum.iter().position(|lanes| lanes[0] < -ROUND_OFF * largest) else { return Ok(()) };
+        let node = self.grid.place(index).1;
+        let d = model.dimension;
+        let position = (0..d).map(|a| model.axes[a].node_position(node[3 - d + a])).collect();
+        Err(StepError::NegativeMass { time, position, mass: self.grid.momentum[index][0] })
     }
 
     /// PIC and APIC take the nodal velocity: all they still lack is the acceleration by force of nearly empty nodes.
@@ -35,7 +163,7 @@ impl Stepper {
             return;
         }
         for (momentum, force) in self.grid.momentum.iter().zip(&mut self.grid.force) {
-            let light = momentum[0] > 0.0 && momentum[0] < model.light;
+            let light = !is_empty(model, momentum[0]) && momentum[0].abs() < model.light;
             for a in 0..model.dimension {
                 force[1 + a] = if light { force[1 + a] - self.gravity[a] } else { 0.0 };
             }
@@ -48,14 +176,13 @@ impl Stepper {
     /// Puts momentum and force of held nodes to what gives the prescribed motion, and notes the reaction: what the particles gain
     /// beyond the forces that act on the node.
     fn hold(&mut self, model: &Model, time: f64, kick: f64, dt: f64) {
-        // velocities are half a step before and after the time of the state; the last step was 2 kick - dt long
-        let (before, after) = (time - (kick - 0.5 * dt), time + 0.5 * dt);
+        let (before, after) = around(time, kick, dt);
         for c in &self.grid.constraints {
             let (momentum, force) = (&mut self.grid.momentum[c.node as usize], &mut self.grid.force[c.node as usize]);
             let (mass, lane, axis) = (momentum[0], 1 + c.axis as usize, c.axis as usize);
             let boundary = &model.boundaries[c.boundary as usize];
             let (Some(old), Some(new)) = (boundary.velocity(axis, before), boundary.velocity(axis, after)) else { continue };
-            if mass <= 0.0 {
+            if is_empty(model, mass) {
                 continue;
             }
             let acceleration = if kick > 0.0 { (new - old) / kick } else { 0.0 };
@@ -74,11 +201,21 @@ impl Stepper {
     pub(super) fn hold_velocity(&mut self, model: &Model, time: f64) {
         for c in &self.grid.constraints {
             let lanes = &mut self.grid.momentum[c.node as usize];
-            if lanes[0] > 0.0
+            if !is_empty(model, lanes[0])
                 && let Some(velocity) = model.boundaries[c.boundary as usize].velocity(c.axis as usize, time)
             {
                 lanes[1 + c.axis as usize] = velocity;
             }
         }
     }
+}
+
+/// Velocities are half a step before and after the time of the state; the last step was 2 kick - dt long.
+fn around(time: f64, kick: f64, dt: f64) -> (f64, f64) {
+    (time - (kick - 0.5 * dt), time + 0.5 * dt)
+}
+
+/// Whether there is nothing at a node.
+pub(super) fn is_empty(model: &Model, mass: f64) -> bool {
+    if model.masses == Masses::Signed { mass == 0.0 } else { mass <= 0.0 }
 }

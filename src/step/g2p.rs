@@ -73,6 +73,7 @@ pub(super) fn error(model: &Model, state: &State, fault: Fault) -> StepError {
         FaultKind::Inverted(det) => StepError::Inverted { time, particle, position, det },
         FaultKind::NotFinite => StepError::NotFinite { time, particle, position },
         FaultKind::Left(place) => StepError::LeftGrid { time, particle, position: place[..model.dimension].to_vec() },
+        FaultKind::WideDomain(length) => StepError::WideDomain { time, particle, position, length },
         FaultKind::NoThickness => StepError::NoThickness { time, particle, position },
     }
 }

@@ -19,7 +19,7 @@ use super::p2g::What;
 use super::{Stepper, worth_sharing};
 use crate::component::StepError;
 use crate::material::Material;
-use crate::model::{Model, Pace};
+use crate::model::{Boundary, Model, Pace};
 use crate::scene::{Integrator, Transfer};
 use crate::state::{State, Table};
 use crate::transfer::{GatherTask, Rows};
@@ -39,12 +39,17 @@ pub(crate) fn stable_step(model: &Model, state: &State) -> Result<f64, StepError
     model.needs.affine = false;
     model.needs.body_force = false;
     model.pace = Pace::Fixed(0.0);
+    // held nodes do not move in a perturbation, whatever their prescribed velocity
+    model.boundaries.iter_mut().for_each(Boundary::stop);
     let mut state = state.clone();
     let n = state.particles.len();
     state.particles.history = Table::new(6, n);
     state.particles.affine = Table::default();
     let mut stepper = Stepper::new(&model);
+    stepper.begin(&model);
     stepper.locate(&model, &mut state)?;
+    // bodies are taken as apart: contact is no linear operation
+    stepper.grid.encounters.clear();
 
     let shares = match (model.integrator, model.transfer) {
         (Integrator::Usl, _) => (2.0, -1.0),
@@ -53,7 +58,7 @@ pub(crate) fn stable_step(model: &Model, state: &State) -> Result<f64, StepError
         (_, Transfer::Apic) => (1.0, 0.0),
     };
     let mut operator = Operator { model: &model, stepper, state, shares };
-    let mut q = operator.start();
+    let mut q = operator.start()?;
     let mut before = vec![Vec::new(); 6];
     let (mut diagonal, mut off) = (Vec::new(), Vec::new());
     let mut norm = operator.product(&q, &q).sqrt();
@@ -61,7 +66,7 @@ pub(crate) fn stable_step(model: &Model, state: &State) -> Result<f64, StepError
     // a start vector without any strain: the body cannot deform, nothing limits the step but the cell
     while diagonal.len() < steps && norm > 0.0 && norm.is_finite() {
         q.iter_mut().flatten().for_each(|v| *v /= norm);
-        let mut w = operator.apply(&q);
+        let mut w = operator.apply(&q)?;
         let alpha = operator.product(&w, &q);
         for c in 0..6 {
             for p in 0..n {
@@ -117,7 +122,7 @@ type Field = Vec<Vec<f64>>;
 
 impl Operator<'_> {
     /// The stress rate of a random velocity.
-    fn start(&mut self) -> Field {
+    fn start(&mut self) -> Result<Field, StepError> {
         let n = self.state.particles.len();
         for axis in 0..self.model.dimension {
             for p in 0..n {
@@ -126,50 +131,38 @@ impl Operator<'_> {
                 self.state.particles.velocity.column_mut(axis)[p] = (12.9898 * (id + 1.0) + 78.233 * axis as f64).sin();
             }
         }
-        self.stepper.project(self.model, &mut self.state, 0.0);
-        self.hold_still();
-        self.stress_rate()
+        self.stepper.project(self.model, &mut self.state, 0.0)?;
+        Ok(self.stress_rate())
     }
 
     /// -tau' of the map above.
-    fn apply(&mut self, stress: &Field) -> Field {
-        for (column, values) in self.state.particles.history.columns_mut().zip(stress) {
+    fn apply(&mut self, stress: &Field) -> Result<Field, StepError> {
+        let Self { model, stepper, state, .. } = self;
+        for (column, values) in state.particles.history.columns_mut().zip(stress) {
             column.copy_from_slice(values);
         }
-        for column in self.state.particles.velocity.columns_mut() {
+        for column in state.particles.velocity.columns_mut() {
             column.fill(0.0);
         }
-        self.stepper.surface.clear();
-        self.stepper.particles_to_grid(self.model, &mut self.state, What::MassMomentumForce);
-        for (momentum, force) in self.stepper.grid.momentum.iter_mut().zip(&mut self.stepper.grid.force) {
-            let inverse = if momentum[0] > 0.0 { 1.0 / momentum[0] } else { 0.0 };
-            *force = force.map(|f| f * inverse);
-        }
-        for c in &self.stepper.grid.constraints {
-            self.stepper.grid.force[c.node as usize][1 + c.axis as usize] = 0.0;
-        }
-        let nodal = self.stepper.grid.force.clone();
+        stepper.surface.clear();
+        stepper.particles_to_grid(model, state, What::MassMomentumForce)?;
+        stepper.balance(model, state, 0.0, 0.0, false)?;
+        let nodal = stepper.grid.force.clone();
+        stepper.grid.spread_tied(true);
         self.gather(Some(1.0), None);
-        self.stepper.project(self.model, &mut self.state, 0.0);
-        self.hold_still();
+        self.stepper.project(self.model, &mut self.state, 0.0)?;
         let (of_a, of_b) = self.shares;
         for (velocity, a) in self.stepper.grid.momentum.iter_mut().zip(&nodal) {
             // nearly empty nodes hand their force to the particles alone
-            let (of_a, of_b) = if velocity[0] < self.model.light { (0.0, 1.0) } else { (of_a, of_b) };
+            let (of_a, of_b) = if velocity[0].abs() < self.model.light { (0.0, 1.0) } else { (of_a, of_b) };
             for lane in 1..4 {
                 velocity[lane] = of_a * a[lane] + of_b * velocity[lane];
             }
         }
+        self.stepper.grid.spread_tied(false);
         let mut rate = self.stress_rate();
         rate.iter_mut().flatten().for_each(|v| *v = -*v);
-        rate
-    }
-
-    /// Held nodes do not move in a perturbation, whatever their prescribed velocity.
-    fn hold_still(&mut self) {
-        for c in &self.stepper.grid.constraints {
-            self.stepper.grid.momentum[c.node as usize][1 + c.axis as usize] = 0.0;
-        }
+        Ok(rate)
     }
 
     /// D : sym(grad u) of the nodal velocity.

@@ -91,9 +91,11 @@ impl Stepper {
             let host = self.lookup[load.anchor.particle as usize] as usize;
             let x: [f64; 3] = state.particles.position.row(host);
             let arm = load.position - Vector3::from(x);
-            self.kernels.point_weights(&model.axes, x, arm.into(), &mut self.weights);
-            for (node, weight) in &self.weights {
-                let Some(node) = self.grid.node(*node) else { continue };
+            let half = model.half_lengths(&state.particles, host);
+            self.kernels.point_weights(&model.axes, [x, half, arm.into()], &mut self.rows);
+            let field = model.field(state.particles.body[host]);
+            for (node, weight) in self.rows.nodes.iter().zip(&self.rows.weights) {
+                let Some(node) = self.grid.node(field, *node) else { continue };
                 for a in 0..model.dimension {
                     self.grid.force[node][1 + a] += weight * load.force[a];
                 }

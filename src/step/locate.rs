@@ -15,12 +15,14 @@ pub(super) type Extent = ([i32; 3], [i32; 3]);
 impl Stepper {
     pub(super) fn locate(&mut self, model: &Model, state: &mut State) -> Result<(), StepError> {
         if state.bins.is_empty() || !self.survey(model, state)? {
-            state.bins = sort(&model.axes, self.grid.shape(), &mut state.particles);
+            state.bins = sort(model, self.grid.shape(), &mut state.particles);
             self.lookup.clear();
             self.grid.homes.clear();
             self.survey(model, state)?;
         }
         self.grid.settle(model, &state.bins, &self.extents);
+        self.matrix_is_current = false;
+        self.integration.outdate();
         if model.needs.lookup {
             self.lookup(state);
         }

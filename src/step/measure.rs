@@ -1,6 +1,7 @@
 //! What is measured at the time of the state, only when somebody asks: energies, momenta, and velocities brought from the half step to
 //! the time of the state by the acceleration there.
 
+use super::balance::is_empty;
 use super::g2p::sweep;
 use super::load::{deformation, place_of};
 use super::{Stepper, p2g, worth_sharing};
@@ -36,16 +37,17 @@ impl Stepper {
         let kick = 0.5 * state.last_step;
         self.locate(model, state)?;
         self.load(model, state)?;
-        self.particles_to_grid(model, state, p2g::What::MassMomentumForce);
+        self.particles_to_grid(model, state, p2g::What::MassMomentumForce)?;
         let mut measures = Measures { velocity: state.particles.velocity.clone(), ..Measures::default() };
         measures.angular = self.angular_momentum(model, kick);
         let (impulse, work) = (self.impulse.clone(), self.boundary_work);
         self.impulse.resize(model.boundaries.len(), [0.0; 3]);
-        self.balance(model, state.time, kick, 0.0);
-        (self.impulse, self.boundary_work) = (impulse, work);
-        for lanes in &self.grid.momentum {
-            measures.nodal_kinetic += 0.5 * lanes[0] * lanes[1..].iter().map(|v| v * v).sum::<f64>();
-        }
+        let iterations = self.iterations;
+        self.balance(model, state, kick, 0.0, true)?;
+        self.contact(model, Some(kick));
+        (self.impulse, self.boundary_work, self.iterations) = (impulse, work, iterations);
+        measures.nodal_kinetic = self.nodal_kinetic_energy(model);
+        self.grid.spread_tied(true);
         self.kick_velocity(model, state, kick, &mut measures.velocity);
         let particles = &state.particles;
         for p in 0..particles.len() {
@@ -68,7 +70,7 @@ impl Stepper {
         let mut sum = Vector3::zeros();
         self.grid.for_nodes(|index, node| {
             let (momentum, force) = (&self.grid.momentum[index], &self.grid.force[index]);
-            if momentum[0] <= 0.0 {
+            if is_empty(model, momentum[0]) {
                 return;
             }
             let (mut x, mut p) = (Vector3::zeros(), Vector3::zeros());
@@ -95,11 +97,12 @@ impl Stepper {
             let host = self.lookup[probe.anchor.particle as usize] as usize;
             let x: [f64; 3] = state.particles.position.row(host);
             let (position, _) = place_of(model, state, &self.lookup, &probe.anchor);
+            let (half, field) = (model.half_lengths(&state.particles, host), model.field(state.particles.body[host]));
             let mut velocity: [f64; 3] = measures.velocity.row(host);
             for (arm, sign) in [(position - Vector3::from(x), 1.0), (Vector3::zeros(), -1.0)] {
-                self.kernels.point_weights(&model.axes, x, arm.into(), &mut self.weights);
-                for (node, weight) in &self.weights {
-                    let Some(node) = self.grid.node(*node) else { continue };
+                self.kernels.point_weights(&model.axes, [x, half, arm.into()], &mut self.rows);
+                for (node, weight) in self.rows.nodes.iter().zip(&self.rows.weights) {
+                    let Some(node) = self.grid.node(field, *node) else { continue };
                     for a in 0..model.dimension {
                         velocity[a] += sign * weight * self.grid.momentum[node][1 + a];
                     }

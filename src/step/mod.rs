@@ -2,27 +2,32 @@
 //!
 //! 1. [`locate`]: which cells are the particles in; sort them and activate blocks where that has changed much
 //! 2. [`load`]: body forces, surface loads, in the configuration and at the time of the state
-//! 3. [`p2g`]: mass, momentum and forces from the particles to the grid
-//! 4. [`balance`]: velocity and acceleration of the nodes, boundaries
-//! 5. [`g2p`]: velocity, position, deformation and stress of the particles
+//! 3. [`p2g`]: mass, momentum and forces from the particles to the grid, and from quadrature points ([`integrate`])
+//! 4. [`balance`]: velocity and acceleration of the nodes by the [`mass`] matrix, boundaries
+//! 5. [`contact`]: bodies that meet
+//! 6. [`g2p`]: velocity, position, deformation and stress of the particles
 //!
 //! The step is a leapfrog: positions and stresses live at the time of the state, velocities half a step before it. The kick is half the
 //! last step and half the coming one, so the first one is half a kick and free fall is exact.
 
 mod balance;
+mod contact;
 mod g2p;
+mod integrate;
 pub(crate) mod limit;
 pub(crate) mod load;
 mod locate;
+mod mass;
 pub(crate) mod measure;
 mod p2g;
+mod sparse;
 
 use crate::component::StepError;
-use crate::grid::{Grid, Tile};
+use crate::grid::{Grid, Lanes, Tile};
 use crate::model::Model;
 use crate::scene::Integrator;
 use crate::state::State;
-use crate::transfer::{GatherReport, Kernels, NodeWeights};
+use crate::transfer::{GatherReport, Kernels, StencilRows};
 use rayon::prelude::*;
 use std::cell::RefCell;
 
@@ -46,14 +51,23 @@ pub(crate) struct Stepper {
     boundary_work: f64,
     reports: Vec<GatherReport>,
     extents: Vec<locate::Extent>,
-    weights: NodeWeights,
+    rows: StencilRows,
+    integration: integrate::Integration,
+    matrix: mass::MassMatrix,
+    /// Whether the mass matrix is that of the particles where they are.
+    matrix_is_current: bool,
+    /// Right-hand side of a mass matrix.
+    right: Vec<Lanes>,
+    /// A mass matrix times a field.
+    product: Vec<Lanes>,
+    /// Iterations of the solver of the mass matrix since the last call of `begin`.
+    pub(crate) iterations: u64,
 }
 
 impl Stepper {
     pub(crate) fn new(model: &Model) -> Self {
-        let degree = model.axes.first().map_or(1, |axis| axis.degree());
         Self {
-            kernels: Kernels::new(model.dimension, degree),
+            kernels: Kernels::new(model.dimension, model.axes[0].width()),
             grid: Grid::new(model),
             body_force: Vec::new(),
             gravity: [0.0; 3],
@@ -64,7 +78,13 @@ impl Stepper {
             boundary_work: 0.0,
             reports: Vec::new(),
             extents: Vec::new(),
-            weights: Vec::new(),
+            rows: StencilRows::default(),
+            integration: integrate::Integration::new(model),
+            matrix: mass::MassMatrix::default(),
+            matrix_is_current: false,
+            right: Vec::new(),
+            product: Vec::new(),
+            iterations: 0,
         }
     }
 
@@ -78,6 +98,7 @@ impl Stepper {
         self.impulse.clear();
         self.impulse.resize(model.boundaries.len(), [0.0; 3]);
         self.kicked = 0.0;
+        self.iterations = 0;
     }
 
     /// Mean force of each boundary on the bodies since [`Stepper::begin`] \[N\]: impulse over the length of the kicks it acted in.
@@ -91,20 +112,22 @@ impl Stepper {
         let kick = 0.5 * (state.last_step + dt);
         self.locate(model, state)?;
         self.load(model, state)?;
-        self.particles_to_grid(model, state, p2g::What::MassMomentumForce);
-        self.balance(model, state.time, kick, dt);
+        self.particles_to_grid(model, state, p2g::What::MassMomentumForce)?;
+        self.balance(model, state, kick, dt, model.needs_nodal_velocity())?;
+        self.contact(model, Some(kick));
         self.leave_to_light_nodes(model);
+        self.grid.spread_tied(true);
         match model.integrator {
             Integrator::Usl => self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: Some(dt), strain: Some(dt) })?,
             Integrator::Musl => {
                 self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: None, strain: None })?;
-                self.project(model, state, state.time + 0.5 * dt);
+                self.project(model, state, state.time + 0.5 * dt)?;
                 self.grid_to_particles(model, state, &Update { kick: None, drift: Some(dt), strain: Some(dt) })?;
             }
             Integrator::Usf => {
                 self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: Some(dt), strain: None })?;
                 self.locate(model, state)?;
-                self.project(model, state, state.time + 0.5 * dt);
+                self.project(model, state, state.time + 0.5 * dt)?;
                 self.grid_to_particles(model, state, &Update { kick: None, drift: None, strain: Some(dt) })?;
             }
         }
@@ -177,7 +200,7 @@ mod tests {
                 }
                 state.particles
             };
-            let (wide, portable) = (run(Kernels::new(dimension, degree)), run(Kernels::portable(dimension, degree)));
+            let (wide, portable) = (run(Kernels::new(dimension, degree + 1)), run(Kernels::portable(dimension, degree + 1)));
             for axis in 0..dimension {
                 for (a, b) in wide.position.column(axis).iter().zip(portable.position.column(axis)) {
                     // round-off of 50 steps

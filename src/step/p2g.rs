@@ -1,6 +1,10 @@
 //! Stage 3: mass, momentum and forces from the particles to the grid, and the second projection of MUSL and USF.
 
+use super::balance::is_empty;
+use super::mass::Held;
 use super::{Stepper, for_each, with_tile, worth_sharing};
+use crate::basis::BATCH;
+use crate::component::StepError;
 use crate::grid::Lanes;
 use crate::model::Model;
 use crate::state::State;
@@ -27,14 +31,15 @@ impl Shared {
 }
 
 impl Stepper {
-    pub(super) fn particles_to_grid(&mut self, model: &Model, state: &mut State, what: What) {
+    pub(super) fn particles_to_grid(&mut self, model: &Model, state: &mut State, what: What) -> Result<(), StepError> {
         let forces = what == What::MassMomentumForce;
+        self.integrate(model, state)?;
         let shared = worth_sharing(state);
         self.grid.clear(forces);
         let momentum = Shared(self.grid.momentum.as_mut_ptr());
         let force = Shared(self.grid.force.as_mut_ptr());
         let (grid, kernels, bins) = (&self.grid, &self.kernels, &state.bins);
-        let task = ScatterTask { model, rows: Rows::new(&mut state.particles), forces, body_force: &self.body_force };
+        let task = ScatterTask { model, rows: Rows::new(&mut state.particles), forces, body_force: &self.body_force, relieved: self.integration.relieved() };
         for colour in &grid.colours {
             for_each(shared, colour, |b| {
                 let bin = &bins[b];
@@ -51,17 +56,75 @@ impl Stepper {
         if forces {
             self.add_surface_forces(model, state);
         }
+        self.grid.fold_tied(forces);
+        if forces && model.needs.quadrature {
+            self.add_point_forces(model, state);
+        }
+        if model.quadrature_of_velocity {
+            self.assemble(model, state)?;
+            self.point_momentum(model, state);
+        }
+        Ok(())
     }
 
-    /// Projects the velocity of the particles anew: v_i = sum m v N / m_i, with the boundaries at `time`.
-    pub(super) fn project(&mut self, model: &Model, state: &mut State, time: f64) {
-        self.particles_to_grid(model, state, What::MassMomentum);
-        for lanes in &mut self.grid.momentum {
-            let mass = lanes[0];
-            if mass > 0.0 {
-                *lanes = [mass, lanes[1] / mass, lanes[2] / mass, lanes[3] / mass];
+    /// Projects the velocity of the particles anew, M v = sum m v N, with the boundaries at `time`.
+    pub(super) fn project(&mut self, model: &Model, state: &mut State, time: f64) -> Result<(), StepError> {
+        self.particles_to_grid(model, state, What::MassMomentum)?;
+        self.check_masses(model, time)?;
+        if model.projection.is_lumped() {
+            for lanes in &mut self.grid.momentum {
+                let mass = lanes[0];
+                if !is_empty(model, mass) {
+                    *lanes = [mass, lanes[1] / mass, lanes[2] / mass, lanes[3] / mass];
+                }
             }
+        } else {
+            self.assemble(model, state)?;
+            let held: Vec<Held> = self
+                .grid
+                .constraints
+                .iter()
+                .filter_map(|c| {
+                    let value = model.boundaries[c.boundary as usize].velocity(c.axis as usize, time)?;
+                    Some(Held { node: c.node as usize, lane: 1 + c.axis as usize, value })
+                })
+                .collect();
+            let mut right = std::mem::take(&mut self.right);
+            right.clone_from(&self.grid.momentum);
+            self.solve(model.projection, time, &held, &right, |grid| &mut grid.momentum, model)?;
+            self.right = right;
         }
         self.hold_velocity(model, time);
+        self.contact(model, None);
+        self.grid.spread_tied(false);
+        Ok(())
+    }
+
+    /// Gathers the points of the mass matrix where they have moved.
+    pub(super) fn assemble(&mut self, model: &Model, state: &mut State) -> Result<(), StepError> {
+        if self.matrix_is_current {
+            return Ok(());
+        }
+        if model.quadrature_of_velocity {
+            self.assemble_points(model, state)?;
+        } else {
+            let Self { matrix, grid, kernels, rows, .. } = self;
+            matrix.set(model, grid.momentum.len(), |points, mass| {
+                mass.extend_from_slice(&state.particles.mass);
+                let particles = Rows::new(&mut state.particles);
+                for (b, bin) in state.bins.iter().enumerate() {
+                    for start in (bin.start as usize..bin.end as usize).step_by(BATCH) {
+                        let end = (start + BATCH).min(bin.end as usize);
+                        // SAFETY: nobody else uses the rows now, and they are below the number of particles.
+                        let places = unsafe { particles.places_3(model, start, end) };
+                        kernels.stencils(&model.axes, &places, end - start, rows);
+                        points.push(rows, false, |node| Some(grid.node_of_bin(b, bin, node))).expect("every node of a bin is stored");
+                    }
+                }
+                Ok(())
+            })?;
+        }
+        self.matrix_is_current = true;
+        Ok(())
     }
 }

@@ -85,6 +85,8 @@ pub(crate) enum FaultKind {
     Inverted(f64),
     NotFinite,
     NoThickness,
+    /// Length of the domain \[m\].
+    WideDomain(f64),
     /// Moved to a place outside the grid.
     Left([f64; 3]),
 }
@@ -137,7 +139,7 @@ unsafe fn particles<const D: usize, const W: usize, V: Vector, const GRADIENT: b
     while start < range.end {
         let count = BATCH.min(range.end - start);
         // SAFETY: these rows are ours.
-        stencils.set::<D>(&task.model.axes, &unsafe { rows.batch(&rows.position, start, start + count) }, third);
+        stencils.set::<D>(&task.model.axes, &unsafe { rows.places(task.model, start, start + count) }, third);
         for (lane, sample) in samples[..count].iter_mut().enumerate() {
             *sample = interpolate::<D, W, V, GRADIENT, AFFINE, INCREMENT>(&stencils, lane, tile);
         }
@@ -260,6 +262,14 @@ unsafe fn strain<const D: usize>(task: &GatherTask, p: usize, gradient: [[f64; D
     // also false for NaN
     if !(jacobian > 0.0 && jacobian < f64::INFINITY) {
         return Err(if jacobian.is_finite() { FaultKind::Inverted(jacobian) } else { FaultKind::NotFinite });
+    }
+    if task.model.domains == Some(true) {
+        for a in 0..D {
+            let half = task.model.bodies[rows.body[p] as usize].half[a] * new[a][a];
+            if !task.model.axes[a].fits(half) {
+                return Err(FaultKind::WideDomain(2.0 * half));
+            }
+        }
     }
     // SAFETY: row p is ours.
     unsafe { rows.set_tensor(&rows.deformation, p, new) };

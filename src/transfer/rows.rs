@@ -1,7 +1,8 @@
 //! Particle arrays as the kernels see them: bins own disjoint ranges of rows, so they may be worked on side by side.
 
-use crate::basis::Batch;
+use crate::basis::{Batch, Places};
 use crate::material::{History, MAX_HISTORY};
+use crate::model::Model;
 use crate::state::{Particles, Table};
 use std::marker::PhantomData;
 
@@ -77,14 +78,45 @@ impl<'a> Rows<'a> {
         std::array::from_fn(|a| unsafe { *columns.0[a].add(p) })
     }
 
-    /// The first `D` numbers of the rows from `start` to below `end`, by component; the last row again where there are fewer than eight.
+    /// Where the rows from `start` to below `end` are; the last row again where there are fewer than eight.
     ///
     /// # Safety
     /// As the contract of [`Rows`] says; `start` is below `end`.
     #[inline(always)]
-    pub(crate) unsafe fn batch<const D: usize>(&self, columns: &Columns<3>, start: usize, end: usize) -> [Batch; D] {
+    pub(crate) unsafe fn places<const D: usize>(&self, model: &Model, start: usize, end: usize) -> Places<D> {
+        let row = |l: usize| (start + l).min(end - 1);
         // SAFETY: the caller keeps the contract.
-        std::array::from_fn(|a| std::array::from_fn(|l: usize| unsafe { *columns.0[a].add((start + l).min(end - 1)) }))
+        let position = std::array::from_fn(|a| std::array::from_fn(|l: usize| unsafe { *self.position.0[a].add(row(l)) }));
+        let half = match model.domains {
+            None => [Batch::default(); D],
+            Some(follow) => std::array::from_fn(|a| {
+                std::array::from_fn(|l: usize| {
+                    // SAFETY: the caller keeps the contract.
+                    let stretch = if follow { unsafe { *self.deformation.0[a * (D + 1)].add(row(l)) } } else { 1.0 };
+                    model.bodies[self.body[row(l)] as usize].half[a] * stretch
+                })
+            }),
+        };
+        Places { position, half }
+    }
+
+    /// The same with as many axes as the model has; those beyond it are zero.
+    ///
+    /// # Safety
+    /// As the contract of [`Rows`] says; `start` is below `end`.
+    pub(crate) unsafe fn places_3(&self, model: &Model, start: usize, end: usize) -> Places<3> {
+        fn widen<const D: usize>(p: Places<D>) -> Places<3> {
+            let wide = |b: [Batch; D]| std::array::from_fn(|a| b.get(a).copied().unwrap_or_default());
+            Places { position: wide(p.position), half: wide(p.half) }
+        }
+        // SAFETY: the caller keeps the contract.
+        unsafe {
+            match model.dimension {
+                1 => widen(self.places::<1>(model, start, end)),
+                2 => widen(self.places::<2>(model, start, end)),
+                _ => self.places::<3>(model, start, end),
+            }
+        }
     }
 
     /// # Safety

@@ -17,6 +17,8 @@ pub(crate) struct ScatterTask<'a> {
     pub(crate) forces: bool,
     /// Body force (an acceleration) of each particle \[m/s2\] by axis; empty where all particles have the same.
     pub(crate) body_force: &'a [Vec<f64>],
+    /// Particles whose stress is integrated elsewhere; empty where there are none.
+    pub(crate) relieved: &'a [bool],
 }
 
 /// # Safety
@@ -50,7 +52,7 @@ unsafe fn particles<const D: usize, const W: usize, V: Vector, const AFFINE: boo
     while start < range.end {
         let count = BATCH.min(range.end - start);
         // SAFETY: these rows are ours.
-        stencils.set::<D>(&task.model.axes, &unsafe { task.rows.batch(&task.rows.position, start, start + count) }, third);
+        stencils.set::<D>(&task.model.axes, &unsafe { task.rows.places(task.model, start, start + count) }, third);
         for (packet, p) in packets[..count].iter_mut().zip(start..) {
             // SAFETY: row p is ours.
             unsafe { packet.fill::<D, AFFINE, FORCES>(task, p) };
@@ -100,10 +102,12 @@ impl Packet {
         if FORCES {
             // SAFETY: row p is ours.
             let (f, lateral, history) = unsafe { (rows.tensor::<D>(&rows.deformation, p), rows.lateral(p), rows.history(p)) };
+            let relieved = !task.relieved.is_empty() && task.relieved[p];
+            let weight = if relieved { 0.0 } else { -rows.volume[p] };
             let tau = task.model.material(rows.body[p]).kirchhoff(&embed(&f, lateral), &history);
             for a in 0..D {
                 for k in 0..D {
-                    self.stress[3 - D + k][1 + a] = -rows.volume[p] * tau[(a, k)];
+                    self.stress[3 - D + k][1 + a] = weight * tau[(a, k)];
                 }
             }
             for (a, b) in task.body_force.iter().enumerate() {

@@ -1,0 +1,143 @@
+//! Methods that make no sense, and those that are seldom wise.
+
+use super::super::fault::plain;
+use super::super::{Basis, Fault, Integrator, Mass, Positions, Quadrature, Scene, Transfer};
+use super::Check;
+
+/// Most terms of FMPM.
+const MOST_TERMS: usize = 100;
+/// Largest relative residual of a mass matrix that still is a solution.
+const LARGEST_RESIDUAL: f64 = 1e-2;
+
+impl Check<'_> {
+    pub(super) fn method(&mut self) {
+        let method = &self.scene.method;
+        if let Some(degree) = method.degree {
+            self.require(method.basis == Basis::Bspline, "method.degree", || "is for basis = \"bspline\" only; leave it out".into());
+            self.require((1..=5).contains(&degree), "method.degree", || format!("is {degree}; must be 1 to 5"));
+        }
+        self.require(method.domain.is_none() || method.basis == Basis::Gimp, "method.domain", || {
+            "is for basis = \"gimp\" only; leave it out".into()
+        });
+        if let Some(share) = method.flip_share {
+            let flips = method.transfer == Transfer::Flip;
+            self.require(flips, "method.flip_share", || "is for transfer = \"flip\" only; leave it out".into());
+            self.require((0.0..=1.0).contains(&share), "method.flip_share", || format!("is {}; must be 0 to 1", plain(share)));
+        }
+        let blends = method.transfer == Transfer::Flip && method.flip_share.is_some_and(|share| share > 0.0 && share < 1.0);
+        self.require(!(blends && method.has_kinks() && method.integrator == Integrator::Usl), "method.flip_share", || {
+            "blends FLIP and PIC, which with linear functions and USL throws nearly empty nodes out; take musl or usf, or B-splines".into()
+        });
+        let tolerance = method.mass_tolerance;
+        self.require((0.0..=1.0).contains(&tolerance), "method.mass_tolerance", || format!("is {}; must be 0 to 1", plain(tolerance)));
+        self.mass();
+        self.affine();
+        self.quadrature();
+        self.contact();
+    }
+
+    fn mass(&mut self) {
+        let method = &self.scene.method;
+        let masses = [("method.mass", method.mass), ("method.balance_mass", method.mass_of_balance())];
+        let uses = |mass: Mass| masses.iter().any(|(_, m)| *m == mass);
+        match method.fmpm_order {
+            None => self.require(!uses(Mass::Fmpm), "method.fmpm_order", || "is missing; mass = \"fmpm\" needs it, from 2 on".into()),
+            Some(order) => {
+                self.require(uses(Mass::Fmpm), "method.fmpm_order", || "is for mass = \"fmpm\" only; leave it out".into());
+                self.require((2..=MOST_TERMS).contains(&order), "method.fmpm_order", || format!("is {order}; must be 2 to {MOST_TERMS}"))
+            }
+        };
+        let solved = uses(Mass::Consistent);
+        for (given, path) in [(method.mass_solver.is_some(), "method.mass_solver"), (method.mass_residual.is_some(), "method.mass_residual")] {
+            self.require(solved || !given, path, || "is for mass = \"consistent\" only; leave it out".into());
+        }
+        if let Some(residual) = method.mass_residual {
+            self.require(residual > 0.0 && residual <= LARGEST_RESIDUAL, "method.mass_residual", || {
+                format!("is {}; must be above 0 and at most {}", plain(residual), plain(LARGEST_RESIDUAL))
+            });
+        }
+        let negative = matches!(method.basis, Basis::Lagrange | Basis::Serendipity);
+        let series = uses(Mass::Fmpm) || method.mass_solver == Some(super::super::MassSolver::Richardson);
+        self.require(!(negative && series), "method.mass", || {
+            "is a series from the lumped mass, which Lagrange and serendipity elements can have negative; take mass_solver = \"pcg\"".into()
+        });
+    }
+
+    /// APIC sums momentum with arms, and divides by second moments.
+    fn affine(&mut self) {
+        let method = &self.scene.method;
+        let reason = if method.transfer != Transfer::Apic {
+            return;
+        } else if matches!(method.basis, Basis::Lagrange | Basis::Serendipity) {
+            "functions that are negative have second moments that vanish; take another basis or transfer"
+        } else if method.mass != Mass::Lumped || method.mass_of_balance() != Mass::Lumped {
+            "it is made for the lumped mass: a full matrix would count the affine part twice; take flip"
+        } else if method.quadrature_of_velocity() {
+            "the affine part lives at particles; take flip, or quadrature_of = \"force\""
+        } else {
+            return;
+        };
+        self.fault("method.transfer", format!("is \"apic\": {reason}"));
+    }
+
+    fn quadrature(&mut self) {
+        let scene = self.scene;
+        let method = &scene.method;
+        let particles = method.quadrature == Quadrature::Particles;
+        self.require(method.quadrature_of.is_none() || !particles, "method.quadrature_of", || {
+            "is for quadrature = \"splines\" or \"least_squares\"; leave it out".into()
+        });
+        self.require(particles || method.basis != Basis::Gimp, "method.quadrature", || {
+            "has points without a domain, which basis = \"gimp\" needs; take another basis".into()
+        });
+        for (name, body) in &scene.body {
+            let path = format!("body.{name}.positions");
+            self.require(method.quadrature != Quadrature::Splines || body.positions != Positions::Jittered, &path, || {
+                "is \"jittered\", but quadrature = \"splines\" needs rows of particles; take \"uniform\" or \"least_squares\"".into()
+            });
+            self.require(method.basis != Basis::Gimp || body.positions != Positions::Gauss, &path, || {
+                "is \"gauss\", but the domains of basis = \"gimp\" are equal parts of a cell; take \"uniform\"".into()
+            });
+        }
+    }
+
+    fn contact(&mut self) {
+        let Some(contact) = &self.scene.contact else { return };
+        let friction = contact.friction;
+        self.require(friction >= 0.0 && friction.is_finite(), "contact.friction", || format!("is {}; must be 0 or more", plain(friction)));
+        let bodies = self.scene.body.len();
+        self.require(bodies > 1, "contact", || format!("needs two bodies or more, and there is {bodies}; leave it out"));
+    }
+
+    /// Elements span two cells.
+    pub(super) fn method_on_grid(&mut self) {
+        let basis = self.scene.method.basis;
+        self.require(basis != Basis::Serendipity || self.dimension > 1, "method.basis", || {
+            "is \"serendipity\", which has no element in dimension 1; take \"lagrange\"".into()
+        });
+        let Some(cells) = self.cells.clone().filter(|_| matches!(basis, Basis::Lagrange | Basis::Serendipity)) else { return };
+        for (axis, size) in self.scene.grid.size.iter().enumerate() {
+            let count = (size / cells.size[axis]).round();
+            self.require(count % 2.0 == 0.0, &format!("grid.size[{axis}]"), || {
+                format!("makes {count} cells; Lagrange and serendipity elements span two, so it must be an even number")
+            });
+        }
+    }
+}
+
+/// Methods that can be simulated but are seldom wise.
+pub(super) fn warnings(scene: &Scene) -> Vec<Fault> {
+    let method = &scene.method;
+    let mut warnings = Vec::new();
+    let full = method.mass != Mass::Lumped || method.mass_of_balance() != Mass::Lumped;
+    if full && !method.quadrature_of_velocity() {
+        let mass = if method.mass == Mass::Lumped { "method.balance_mass" } else { "method.mass" };
+        warnings.push(Fault::new(
+            mass,
+            "is not lumped, but mass and momentum are summed at the particles: without the smoothing of the lumped mass the error of that \
+             sum shows, and the solution stops to converge, its stress first; quadrature = \"splines\" (or \"least_squares\") with \
+             quadrature_of = \"force_and_velocity\" integrates as well as the matrix",
+        ));
+    }
+    warnings
+}

@@ -1,0 +1,192 @@
+//! How a scene is solved.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How the scene is solved: a point in the table basis x quadrature x mass x transfer x integrator.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Method {
+    /// Family of shape functions.
+    pub basis: Basis,
+    /// Degree of the B-splines, 1 to 5; 1 is the same as the linear basis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub degree: Option<usize>,
+    /// Whether the particle domains of GIMP follow the deformation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub domain: Option<Domain>,
+    /// Where the internal forces are integrated.
+    pub quadrature: Quadrature,
+    /// What else is integrated there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quadrature_of: Option<QuadratureOf>,
+    /// Mass matrix of the projection of velocities and of the balance of momentum.
+    pub mass: Mass,
+    /// Mass matrix of the balance of momentum alone; as `mass` if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub balance_mass: Option<Mass>,
+    /// Order k of FMPM(k), 2 or more: terms of the series.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fmpm_order: Option<usize>,
+    /// Solver of a consistent mass matrix.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_solver: Option<MassSolver>,
+    /// Residual, over the right-hand side, at which the solver of a consistent mass matrix stops; 1e-9 if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_residual: Option<f64>,
+    /// When the stress is updated within a step.
+    pub integrator: Integrator,
+    /// How velocity travels between particles and grid.
+    pub transfer: Transfer,
+    /// Share of FLIP in a FLIP transfer, 0 to 1; the rest is PIC.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flip_share: Option<f64>,
+    /// A node lighter than this share of the lightest particle is nearly empty. A consistent mass matrix is lumped there. With linear
+    /// functions, or Lagrange elements, and USL or APIC the velocity of such a node, and so the velocity gradient, takes no part of its
+    /// force; the particles do, so that momentum is conserved.
+    pub mass_tolerance: f64,
+}
+
+impl Default for Method {
+    fn default() -> Self {
+        Self {
+            basis: Basis::Bspline,
+            degree: None,
+            domain: None,
+            quadrature: Quadrature::Particles,
+            quadrature_of: None,
+            mass: Mass::Lumped,
+            balance_mass: None,
+            fmpm_order: None,
+            mass_solver: None,
+            mass_residual: None,
+            integrator: Integrator::Musl,
+            transfer: Transfer::Flip,
+            flip_share: None,
+            mass_tolerance: 0.1,
+        }
+    }
+}
+
+impl Method {
+    /// Degree of the B-splines (2 unless given).
+    pub fn spline_degree(&self) -> usize {
+        self.degree.unwrap_or(2)
+    }
+    /// Mass matrix of the balance of momentum.
+    pub fn mass_of_balance(&self) -> Mass {
+        self.balance_mass.unwrap_or(self.mass)
+    }
+    /// Whether velocities are projected with the quadrature of the forces.
+    pub fn quadrature_of_velocity(&self) -> bool {
+        self.quadrature != Quadrature::Particles && self.quadrature_of == Some(QuadratureOf::ForceAndVelocity)
+    }
+    /// Whether shape functions have kinks at nodes: their slopes do not vanish where they do.
+    pub fn has_kinks(&self) -> bool {
+        match self.basis {
+            Basis::Linear | Basis::Lagrange | Basis::Serendipity => true,
+            Basis::Bspline => self.spline_degree() == 1,
+            Basis::Cubic | Basis::Gimp => false,
+        }
+    }
+}
+
+/// Families of shape functions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Basis {
+    /// Piecewise linear (bilinear, trilinear).
+    Linear,
+    /// B-splines with open knots at the ends of the grid.
+    Bspline,
+    /// Quadratic Lagrange elements over two cells along each axis: 3, 9 or 27 nodes. Their functions are negative in part of the element;
+    /// with lumped mass a step stops where a nodal mass turns negative.
+    Lagrange,
+    /// Serendipity elements over two cells along each axis: 8 nodes in dimension 2, 20 in dimension 3. With lumped mass their corners have
+    /// negative mass (Andersen 2007).
+    Serendipity,
+    /// Uniform cubic splines with a row of nodes outside the grid (Andersen 2007). A held face holds the nodes on it and outside.
+    Cubic,
+    /// Linear functions averaged over particle domains (Bardenhagen and Kober 2004).
+    Gimp,
+}
+
+/// Particle domains of GIMP.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Domain {
+    /// Domains keep their size.
+    Uniform,
+    /// Domains stretch with the deformation gradient along each axis, so that they stay next to each other.
+    Contiguous,
+}
+
+/// Where the internal forces are integrated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Quadrature {
+    /// At the particles, with their volumes as weights.
+    Particles,
+    /// At Gauss points on half cells, from cubic splines through the particles line by line (Tielen 2016, chapter 7). Each body must be a
+    /// box of cells, filled with evenly spaced or Gauss-placed particles.
+    Splines,
+    /// At Gauss points of full cells, from a least-squares fit in each (Wobbes et al. 2019); at the particles of other cells.
+    LeastSquares,
+}
+
+/// What is integrated at the quadrature points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum QuadratureOf {
+    /// Internal forces; mass and momentum come from the particles, which conserves momentum.
+    Force,
+    /// Internal forces, and mass and momentum in the projection of velocities.
+    ForceAndVelocity,
+}
+
+/// Mass matrices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Mass {
+    /// Row sums on the diagonal.
+    Lumped,
+    /// The full matrix, solved in each step.
+    Consistent,
+    /// The first `fmpm_order` terms of the series of its inverse (Nairn and Hammerquist 2021).
+    Fmpm,
+}
+
+/// Solvers of a consistent mass matrix.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MassSolver {
+    /// Conjugate gradients, preconditioned by the diagonal.
+    Pcg,
+    /// Richardson iteration from the lumped solution (Tielen 2016, section 7.2).
+    Richardson,
+}
+
+/// When the stress is updated within a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Integrator {
+    /// Update stress first: from the velocity projected at the new positions. Keeps the energy.
+    Usf,
+    /// Update stress last: from the updated nodal velocity. Cheapest; dissipates.
+    Usl,
+    /// Modified update stress last: stress and positions from the velocity projected again (Sulsky 1994, Tielen 2016, section 3.2).
+    /// Keeps the energy; quieter than USF, for particles and their deformation move with the same field.
+    Musl,
+}
+
+/// How velocity travels between particles and grid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Transfer {
+    /// Particles take the interpolated velocity: very dissipative.
+    Pic,
+    /// Particles take the interpolated increment; `flip_share` blends with PIC.
+    Flip,
+    /// Affine particle-in-cell: keeps linear and angular momentum, filters noise.
+    Apic,
+}
