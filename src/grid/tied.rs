@@ -34,7 +34,9 @@ impl Grid {
                 continue;
             }
             let start = tied.masters.len();
-            let around = (0..27).map(|k| [node[0] + k / 9 - 1, node[1] + k / 3 % 3 - 1, node[2] + k % 3 - 1]);
+            let beside = |k: usize| [0, 1, 2].map(|s| node[s] + [k / 9, k / 3 % 3, k % 3][s] as i32 - 1);
+            // slots that are not used have no neighbours
+            let around = (0..27).map(beside).filter(|master| master[..3 - model.dimension] == node[..3 - model.dimension]);
             let masters = around.map(|master| (master, serendipity_weight(model.dimension, node, master))).filter(|(_, w)| *w != 0.0);
             let mut complete = true;
             for (master, weight) in masters {

@@ -175,21 +175,22 @@ impl MassMatrix {
 
     /// Richardson iteration M_L v' = P + (M_L - M) v, until |P - M v| <= residual |P| (Tielen 2016, section 7.2).
     fn richardson(&mut self, target: f64, held: &[Held], right: &[Lanes], x: &mut [Lanes]) -> Result<usize, NotConverged> {
-        let wanted = norms(right);
+        self.find_residual(held, right, x);
+        let wanted = self.scale(right);
         for iteration in 0..MOST_ITERATIONS {
-            self.find_residual(held, right, x);
             if worst(&norms(&self.residual), &wanted) <= target {
                 return Ok(iteration);
             }
             self.correct(x);
+            self.find_residual(held, right, x);
         }
         Err(NotConverged { iterations: MOST_ITERATIONS, residual: worst(&norms(&self.residual), &wanted) })
     }
 
     /// Conjugate gradients with the diagonal as preconditioner, a system a lane. The same stopping rule.
     fn conjugate_gradients(&mut self, target: f64, held: &[Held], right: &[Lanes], x: &mut [Lanes]) -> Result<usize, NotConverged> {
-        let wanted = norms(right);
         self.find_residual(held, right, x);
+        let wanted = self.scale(right);
         let mut direction = std::mem::take(&mut self.direction);
         direction.clear();
         direction.resize(x.len(), Lanes::default());
@@ -228,6 +229,12 @@ impl MassMatrix {
         }
         self.direction = direction;
         outcome
+    }
+
+    /// What a residual is compared with: the right side, and M times the first guess, for held values may be all that drives a field.
+    fn scale(&self, right: &[Lanes]) -> Lanes {
+        let (right, first) = (norms(right), norms(&self.product));
+        std::array::from_fn(|lane| right[lane] + first[lane])
     }
 
     /// r . D^-1 r by lane.
