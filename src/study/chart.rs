@@ -193,7 +193,8 @@ impl Chart {
     fn looks(&self) -> Vec<Look<'_>> {
         let mut looks: Vec<Look> = Vec::new();
         let (mut colors, mut dashes) = (0, 0);
-        for series in self.panels.iter().flat_map(|p| &p.series) {
+        // what has no point is not in the picture
+        for series in self.panels.iter().flat_map(|p| &p.series).filter(|s| !s.points.is_empty()) {
             if looks.iter().any(|look| look.name == series.name) {
                 continue;
             }

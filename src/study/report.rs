@@ -181,22 +181,24 @@ impl Table {
 
     fn markdown(&self, out: &mut String) {
         let _ = writeln!(out, "**{}**\n", self.title);
-        let known = self.rows.iter().flat_map(|(_, cells)| cells).any(|cell| cell.paper.is_some());
-        let columns: Vec<String> = self.header[1..]
-            .iter()
-            .flat_map(|name| if known { vec![format!("{name}, paper"), "ours".into(), "ratio".into()] } else { vec![name.clone()] })
-            .collect();
-        let _ = writeln!(out, "| {} | {} |", self.header[0], columns.join(" | "));
-        let _ = writeln!(out, "|---|{}", "---:|".repeat(columns.len()));
+        // three columns where the paper has numbers, one where it has none
+        let known = |column: usize| self.rows.iter().any(|(_, cells)| cells.get(column).is_some_and(|cell| cell.paper.is_some()));
+        let mut titles = String::new();
+        let mut columns = 0;
+        for (i, name) in self.header[1..].iter().enumerate() {
+            let _ = if known(i) { write!(titles, " {name}: paper | ours | ratio |") } else { write!(titles, " {name} |") };
+            columns += if known(i) { 3 } else { 1 };
+        }
+        let _ = writeln!(out, "| {} |{titles}\n|---|{}", self.header[0], "---:|".repeat(columns));
+        let text = |value: Option<f64>| value.map_or("-".to_owned(), number);
         for (name, cells) in &self.rows {
             let _ = write!(out, "| {name} |");
-            for cell in cells {
-                let ours = cell.ours.map_or("-".to_owned(), number);
-                if known {
+            for (i, cell) in cells.iter().enumerate() {
+                if known(i) {
                     let ratio = cell.ratio().map_or("-".to_owned(), |ratio| format!("{ratio:.4}"));
-                    let _ = write!(out, " {} | {ours} | {ratio} |", cell.paper.map_or("-".to_owned(), number));
+                    let _ = write!(out, " {} | {} | {ratio} |", text(cell.paper), text(cell.ours));
                 } else {
-                    let _ = write!(out, " {ours} |");
+                    let _ = write!(out, " {} |", text(cell.ours));
                 }
             }
             out.push('\n');

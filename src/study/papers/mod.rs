@@ -7,6 +7,7 @@ mod tielen;
 
 use super::report::{Report, Section};
 use super::runner::{self, End, Job, Progress, Runs};
+use indexmap::IndexMap;
 
 /// A problem of a paper.
 pub struct Problem {
@@ -65,12 +66,21 @@ fn introduction(effort: Effort, runs: &Runs) -> String {
     )
 }
 
+/// Runs of a problem that did not reach their end; those with the same reason together.
 fn failures(problem: &Problem, runs: &Runs) -> Vec<(String, String)> {
     let own = runs.iter().filter(|run| run.name.split('/').next() == Some(problem.id));
-    own.filter_map(|run| match &run.end {
-        End::Done => None,
-        End::Failed(reason) => Some((run.name.clone(), reason.clone())),
-        End::Refused(reason) => Some((run.name.clone(), format!("refused: {reason}"))),
-    })
-    .collect()
+    let mut by_reason: IndexMap<String, Vec<&str>> = IndexMap::new();
+    for run in own {
+        let reason = match &run.end {
+            End::Done => continue,
+            End::Failed(reason) => reason.clone(),
+            End::Refused(reason) => format!("refused: {reason}"),
+        };
+        by_reason.entry(reason).or_default().push(&run.name);
+    }
+    let names = |names: Vec<&str>| match names[..] {
+        [first, _, ..] => format!("{first} and {} more", names.len() - 1),
+        _ => names.concat(),
+    };
+    by_reason.into_iter().map(|(reason, list)| (names(list), reason)).collect()
 }

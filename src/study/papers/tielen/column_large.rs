@@ -39,7 +39,7 @@ fn scene(method: &Method, place: f64) -> String {
 
 pub(super) fn jobs(_: Effort) -> Vec<Job> {
     let place = Known::column_middle().place();
-    let job = |method: &Method| energies(middle(Job::new(name(method), scene(method, place)).every(2e-3))).snapshot(END, PROFILE);
+    let job = |method: &Method| energies(middle(Job::new(name(method), scene(method, place)).every(1e-3))).snapshot(END, PROFILE);
     COLUMN.map(job).into()
 }
 
