@@ -89,6 +89,8 @@ pub enum Style {
     Reference,
     /// Points.
     Markers,
+    /// Points as rings, which show what lies below them.
+    Rings,
     /// Points with a line through them.
     Joined,
     /// A short line at the bottom of the panel for each point; y counts for nothing.
@@ -173,16 +175,13 @@ impl Chart {
             match series.style {
                 Style::Line | Style::Joined => svg.outline(&outline(&shown), look.color, 1.6, ""),
                 Style::Reference => svg.outline(&outline(&shown), look.color, 1.4, look.dashes),
-                Style::Markers => {}
+                Style::Markers | Style::Rings => {}
                 Style::Pulses => {
                     shown.iter().for_each(|p| svg.line([p[0], top + height], [p[0], top + height - 16.0], look.color, 1.2));
                 }
             }
-            if matches!(series.style, Style::Markers | Style::Joined) {
-                let radius = if shown.len() > 100 { 1.8 } else { 3.2 };
-                let inside = shown.iter().filter(|p| p.iter().all(|v| v.is_finite()) && (top..=top + height).contains(&p[1]));
-                inside.for_each(|p| svg.dot(*p, radius, look.color));
-            }
+            let inside = shown.iter().filter(|p| p.iter().all(|v| v.is_finite()) && (top..=top + height).contains(&p[1]));
+            inside.for_each(|p| marker(svg, *p, series.style, look.color, shown.len()));
         }
         svg.unclip();
         svg.rect([LEFT, top], [PLOT, height], "none", INK);
@@ -216,7 +215,7 @@ impl Chart {
         let mut out = format!("panel,series,{},value\n", quoted(&self.x.title()));
         for (panel, name) in self.panels.iter().zip(&names) {
             for series in &panel.series {
-                for [x, y] in &series.points {
+                for [x, y] in series.points.iter().map(|p| p.map(short)) {
                     let _ = writeln!(out, "{},{},{x},{y}", quoted(name), quoted(&series.name));
                 }
             }
@@ -246,15 +245,22 @@ fn legend(svg: &mut Svg, top: f64, looks: &[Look]) -> f64 {
         match look.style {
             Style::Line | Style::Reference | Style::Joined => svg.outline(&line, look.color, 2.0, look.dashes),
             Style::Pulses => svg.line([x + 13.0, y + 2.0], [x + 13.0, y - 11.0], look.color, 1.6),
-            Style::Markers => {}
+            Style::Markers | Style::Rings => {}
         }
-        if matches!(look.style, Style::Markers | Style::Joined) {
-            svg.dot([x + 13.0, middle], 3.2, look.color);
-        }
+        marker(svg, [x + 13.0, middle], look.style, look.color, 1);
         svg.text([x + 32.0, y], 12.5, Anchor::Start, look.name);
         x += width;
     }
     y + ROW - 10.0
+}
+
+/// The mark of one of `count` points, for styles that have marks.
+fn marker(svg: &mut Svg, at: [f64; 2], style: Style, color: &str, count: usize) {
+    match style {
+        Style::Markers | Style::Joined => svg.dot(at, if count > 100 { 1.8 } else { 3.2 }, color),
+        Style::Rings => svg.circle(at, 6.0, "none", color),
+        Style::Line | Style::Reference | Style::Pulses => {}
+    }
 }
 
 /// A line through points; it is broken where a point cannot be drawn.
@@ -340,6 +346,11 @@ fn power_of_ten(power: i32) -> String {
 
 fn titled(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
+}
+
+/// Seven digits: more than a picture or a comparison needs.
+pub(super) fn short(value: f64) -> f64 {
+    format!("{value:.6e}").parse().unwrap_or(value)
 }
 
 /// A field of a CSV row.

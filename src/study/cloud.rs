@@ -1,6 +1,6 @@
 //! Particles in the plane as SVG, 900 px wide: where they are, coloured by a value; one view, or several side by side.
 
-use super::chart::{Axis, quoted};
+use super::chart::{Axis, quoted, short};
 use crate::color::viridis;
 use crate::svg::{Anchor, INK, Scale, Svg, WIDTH, hex, ticks};
 use std::fmt::Write;
@@ -106,7 +106,7 @@ impl Cloud {
         let mut out = format!("view,x [m],y [m],{}\n", quoted(&self.value.title()));
         for view in &self.views {
             for ([x, y], value) in view.points.iter().zip(&view.values) {
-                let _ = writeln!(out, "{},{x},{y},{value}", quoted(&view.title));
+                let _ = writeln!(out, "{},{},{},{}", quoted(&view.title), short(*x), short(*y), short(*value));
             }
         }
         out

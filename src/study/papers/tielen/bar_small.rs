@@ -185,13 +185,17 @@ fn tables(effort: Effort, runs: &Runs) -> Vec<Table> {
 
 fn figures(effort: Effort, runs: &Runs) -> Vec<Figure> {
     let cells = table_cells(effort);
+    let errors = |method: &Method, particles: &[usize]| {
+        let pairs = particles.iter().flat_map(|&p| cells.iter().map(move |&n| (n, p)));
+        pairs.filter_map(|(n, p)| Some([n as f64, error(runs, method, n, p)?])).collect::<Vec<_>>()
+    };
     let convergence = BAR.iter().flat_map(|method| {
-        table_particles(effort).iter().enumerate().map(move |(i, &particles)| {
-            let points = cells.iter().filter_map(|&n| Some([n as f64, error(runs, method, n, particles)?]));
-            // the numbers of particles differ so little that one colour for each would only confuse
-            let style = if i == 0 { Style::Joined } else { Style::Markers };
-            Series::new(format!("{}, {particles} a cell", method.name), style, points).color(method.color)
-        })
+        // 6 and 8 differ too little to be told apart
+        let (few, many) = (format!("{}, 4 a cell", method.name), format!("{}, 6 and 8", method.name));
+        [
+            Series::new(few, Style::Joined, errors(method, &TABLE_PARTICLES[..1])).color(method.color),
+            Series::new(many, Style::Rings, errors(method, &TABLE_PARTICLES[1..])).color(method.color),
+        ]
     });
     let last = *cells.last().unwrap_or(&4) as f64;
     let slope = |order: i32, start: f64| {

@@ -1,5 +1,6 @@
-//! What is known of bar and column: analytic solutions, and tables made by other programs (`tests/reference/generate.py`).
+//! What is known of bar and column: analytic solutions, and tables made by other programs (`tests/reference`).
 
+use crate::study::Run;
 use std::f64::consts::PI;
 
 /// Displacement \[m\], velocity \[m/s\] and stress \[Pa\].
@@ -63,7 +64,7 @@ impl Table {
     pub(super) fn column_middle() -> Self {
         table!("tielen_column_middle.csv")
     }
-    /// T5 in the middle over time.
+    /// T5 just below the middle over time, at two places.
     pub(super) fn column_top() -> Self {
         table!("tielen_column_top.csv")
     }
@@ -78,10 +79,22 @@ impl Table {
         self.rows.first().map_or(f64::NAN, |row| row[1])
     }
 
-    /// Between the rows of that position over time, linearly.
-    pub(super) fn over_time(&self, time: f64) -> Exact {
-        let place = self.place();
-        interpolate(&self.rows.iter().filter(|r| r[1] == place).map(|r| (r[0], [r[2], r[3], r[4]])).collect::<Vec<_>>(), time, 2)
+    /// The rows of one position alone, that nearest to `x`.
+    pub(super) fn near(mut self, x: f64) -> Self {
+        let nearest = self.rows.iter().map(|row| row[1]).min_by(|a, b| (a - x).abs().total_cmp(&(b - x).abs()));
+        self.rows.retain(|row| Some(row[1]) == nearest);
+        self
+    }
+
+    /// Displacement \[m\], velocity \[m/s\] and stress \[Pa\] (column 0 to 2) sampled in a run under `name`, less what is known, at the times of
+    /// the table that were sampled: nothing is read between its rows.
+    pub(super) fn errors(&self, run: &Run, name: &str, column: usize, offset: f64) -> Vec<[f64; 2]> {
+        let samples = run.curve(name);
+        let error = |[time, known]: [f64; 2]| {
+            let sample = samples.get(samples.partition_point(|s| s[0] < time - 1e-9)).filter(|s| (s[0] - time).abs() < 1e-9)?;
+            Some([time, sample[1] - offset - known])
+        };
+        self.curve(column, f64::INFINITY).into_iter().filter_map(error).collect()
     }
 
     /// At one of the times of the table, by polynomials through `width` neighbours: 2 where there are fronts, 6 where all is smooth.
@@ -92,8 +105,7 @@ impl Table {
 
     /// Points (time, value) of column 0 to 2 up to `end` \[s\].
     pub(super) fn curve(&self, column: usize, end: f64) -> Vec<[f64; 2]> {
-        let place = self.place();
-        self.rows.iter().filter(|r| r[1] == place && r[0] <= end * (1.0 + 1e-9)).map(|r| [r[0], r[2 + column]]).collect()
+        self.rows.iter().filter(|r| r[0] <= end * (1.0 + 1e-9)).map(|r| [r[0], r[2 + column]]).collect()
     }
 }
 
@@ -136,14 +148,18 @@ mod tests {
     fn tables_are_whole_and_agree() {
         let (bar, middle) = (Table::bar(), Table::bar_middle());
         assert_eq!(bar.rows.len(), 325);
-        for (a, b) in bar.over_place(0.3, middle.place(), 6).iter().zip(middle.over_time(0.3)) {
+        let at = |table: &Table, time: f64| {
+            let row = table.rows.iter().find(|r| (r[0] - time).abs() < 1e-9).unwrap();
+            [row[2], row[3], row[4]]
+        };
+        for (a, b) in bar.over_place(0.4, middle.place(), 6).iter().zip(at(&middle, 0.4)) {
             assert!((a - b).abs() < 1e-6 * b.abs().max(1.0), "{a} {b}");
         }
         let (column, middle) = (Table::column(), Table::column_middle());
-        let (a, b) = (column.over_place(0.5, middle.place(), 2), middle.over_time(0.5));
+        let (a, b) = (column.over_place(0.5, middle.place(), 2), at(&middle, 0.5));
         assert!((a[0] - b[0]).abs() < 1e-4, "{a:?} {b:?}");
         // behind the shock: Rankine and Hugoniot
-        let shock = Table::column_top().over_time(0.1);
+        let shock = at(&Table::column_top().near(0.5), 0.1);
         assert!((shock[2] + 1e4).abs() < 10.0 && (shock[1] + 0.953_462_6).abs() < 1e-4, "{shock:?}");
     }
 }

@@ -31,7 +31,12 @@ fn step(effort: Effort) -> f64 {
     effort.pick(1e-4, 2e-5)
 }
 
-fn scene(effort: Effort, method: &Method, place: f64) -> String {
+/// The solution at the particle just below the middle: 1/6400 below it with the linear functions of the thesis, 1/2048 with splines.
+fn known(method: &Method) -> Known {
+    Known::column_top().near(if method.key == LINEAR.key { 0.5 - 1.0 / 6400.0 } else { 0.5 - 1.0 / 2048.0 })
+}
+
+fn scene(effort: Effort, method: &Method) -> String {
     let (cells, particles) = size(effort, method);
     format!(
         r#"
@@ -49,14 +54,14 @@ fn scene(effort: Effort, method: &Method, place: f64) -> String {
         {method}
         "#,
         cell = 1.0 / cells as f64,
+        place = known(method).place(),
         step = step(effort),
         method = method.toml,
     )
 }
 
 pub(super) fn jobs(effort: Effort) -> Vec<Job> {
-    let place = Known::column_top().place();
-    COLUMN.map(|method| middle(Job::new(name(method), scene(effort, method, place)).every(1e-3)).alone()).into()
+    COLUMN.map(|method| middle(Job::new(name(method), scene(effort, method)).every(5e-4)).alone()).into()
 }
 
 /// Speed of the first front \[m/s\] over the undeformed column (Rankine and Hugoniot): density U^2 = [stress] / [stretch].
@@ -82,12 +87,9 @@ fn measured_speed(run: &Run, place: f64) -> Option<f64> {
 
 /// Mean error (L1) of the displacement and of the velocity over the run, over the mean of the reference.
 fn errors(runs: &Runs, method: &Method) -> Option<[f64; 2]> {
-    let (run, exact) = (runs.done(&name(method))?, Known::column_top());
-    let relative = |watched: &str, column: usize, offset: f64| {
-        let pairs = run.curve(watched).into_iter().map(|[t, v]| (v - offset, exact.over_time(t)[column]));
-        let (wrong, all) = pairs.fold((0.0, 0.0), |(wrong, all), (ours, known)| (wrong + (ours - known).abs(), all + known.abs()));
-        wrong / all
-    };
+    let (run, exact) = (runs.done(&name(method))?, known(method));
+    let sum = |points: Vec<[f64; 2]>| points.into_iter().map(|p| p[1].abs()).sum::<f64>();
+    let relative = |watched, column, offset| sum(exact.errors(run, watched, column, offset)) / sum(exact.curve(column, END));
     Some([relative("position", 0, exact.place()), relative("velocity", 1, 0.0)])
 }
 
@@ -99,10 +101,9 @@ pub(super) fn section(effort: Effort, runs: &Runs) -> Section {
     Section {
         title: "T5 Column under a top load (Tielen 2016, chapter 8)".into(),
         text: format!(
-            "Height 1 m, E = 1e5 Pa, density 1e3 kg/m3, no gravity, -1e4 Pa on top from time 0 on, step {} s (the thesis does not give it). \
-             The load makes a shock of {} m/s (Rankine and Hugoniot). The reference is a finite-volume solution of the same law, which \
-             loses at shocks the energy that a shock must lose; finite elements without dissipation, as in the thesis, ring behind it. \
-             Wall times are those of single runs with nothing beside them.",
+            "Height 1 m, E = 1e5 Pa, density 1e3 kg/m3, no gravity, -1e4 Pa on top from time 0 on, step {:e} s (the thesis does not give it). \
+             The load makes a shock of {} m/s (Rankine and Hugoniot). The reference has sharp fronts, and the energy that shocks must lose is lost \
+             in it; methods without dissipation, and the finite elements of the thesis, ring behind a front, so errors are means (L1). Wall times are those of single runs with nothing beside them.",
             step(effort),
             number(front_speed())
         ),
@@ -118,11 +119,10 @@ fn tables(effort: Effort, runs: &Runs) -> Vec<Table> {
         let (cells, particles) = size(effort, method);
         format!("{}, {cells} cells, {particles} a cell", method.name)
     };
-    let place = Known::column_top().place();
     let ours = |value: Option<f64>| Cell { paper: None, ours: value };
     let row = |method: &Method| {
         let [displacement, velocity] = errors(runs, method).map_or([None; 2], |e| e.map(Some));
-        let speed = runs.get(&name(method)).and_then(|run| measured_speed(run, place));
+        let speed = runs.get(&name(method)).and_then(|run| measured_speed(run, known(method).place()));
         let exact = Cell { paper: Some(front_speed()), ours: speed };
         (label(method), vec![ours(displacement), ours(velocity), exact])
     };
@@ -148,10 +148,10 @@ fn tables(effort: Effort, runs: &Runs) -> Vec<Table> {
 }
 
 fn figures(effort: Effort, runs: &Runs) -> Vec<Figure> {
-    let exact = Known::column_top();
+    let exact = known(&SPLINE_COLUMN);
     let panel = |title: &'static str, unit, column: usize, offset: f64| {
         let reference = exact.curve(column, END).into_iter().map(|[t, v]| [t, offset + v]);
-        let series = curves(runs, &COLUMN, name, title).chain([Series::new("finite volumes", Style::Reference, reference)]).collect();
+        let series = curves(runs, &COLUMN, name, title).chain([Series::new("exact", Style::Reference, reference)]).collect();
         Panel { y: Axis::new(title, unit), series }
     };
     let caption = format!(
@@ -164,7 +164,7 @@ fn figures(effort: Effort, runs: &Runs) -> Vec<Figure> {
 }
 
 fn findings(effort: Effort, runs: &Runs) -> Vec<Finding> {
-    let seen = |e: [f64; 2]| format!("mean error of the displacement {}, of the velocity {}", percent(e[0]), percent(e[1]));
+    let seen = |e: [f64; 2]| format!("mean error of the displacement is {}, that of the velocity {}", percent(e[0]), percent(e[1]));
     let mut all = vec![
         Finding::judge(
             "8.1",
