@@ -44,6 +44,8 @@ pub struct Table {
     pub header: Vec<String>,
     /// Name and cells of each row.
     pub rows: Vec<(String, Vec<Cell>)>,
+    /// Whose numbers stand beside ours: `paper`, or `exact`.
+    pub beside: &'static str,
     /// Between which ratios (ours over the paper's) our numbers are to lie.
     pub band: Option<[f64; 2]>,
 }
@@ -186,7 +188,7 @@ impl Table {
         let mut titles = String::new();
         let mut columns = 0;
         for (i, name) in self.header[1..].iter().enumerate() {
-            let _ = if known(i) { write!(titles, " {name}: paper | ours | ratio |") } else { write!(titles, " {name} |") };
+            let _ = if known(i) { write!(titles, " {name}: {} | ours | ratio |", self.beside) } else { write!(titles, " {name} |") };
             columns += if known(i) { 3 } else { 1 };
         }
         let _ = writeln!(out, "| {} |{titles}\n|---|{}", self.header[0], "---:|".repeat(columns));
@@ -304,6 +306,7 @@ mod tests {
             title: "t".into(),
             header: vec!["cells".into(), "a".into(), "b".into()],
             rows: vec![("4".into(), vec![cell(2.0, Some(2.1)), cell(1e-7, None)])],
+            beside: "paper",
             band: Some([0.99, 1.01]),
         };
         let finding = |holds| Finding::judge("1", "it is so", true, || holds);

@@ -137,6 +137,7 @@ fn table(effort: Effort, runs: &Runs, kind: usize, what: &str) -> Table {
         title: format!("RMS error of the {what} at {END} s (not in the thesis)"),
         header: ["cells"].into_iter().chain(BAR.map(|m| m.name)).map(str::to_owned).collect(),
         rows: cells(effort).iter().map(row).collect(),
+        beside: "paper",
         band: None,
     }
 }
@@ -152,9 +153,10 @@ fn figures(effort: Effort, runs: &Runs) -> Vec<Figure> {
     let stress = stresses(runs, &BAR, curve_name, END).chain([Series::new("spectral reference", Style::Reference, exact)]);
     let force = |method: &&Method| {
         let run = runs.get(&curve_name(method));
-        let pulses = run.map(|run| run.times[1..].iter().zip(crossed(run, method)).filter(|(_, c)| *c).map(|(t, _)| [*t, 0.0]).collect());
+        let pulses = |run: &Run| run.times.iter().skip(1).zip(crossed(run, method)).filter(|(_, c)| *c).map(|(t, _)| [*t, 0.0]).collect();
+        let pulses: Vec<[f64; 2]> = run.map(pulses).unwrap_or_default();
         let series = vec![
-            Series::new("a particle crosses a knot of the function", Style::Pulses, pulses.unwrap_or_else(Vec::new)).color(4),
+            Series::new("a particle crosses a knot of the function", Style::Pulses, pulses).color(4),
             Series::new(method.name, Style::Line, run.map_or_else(Vec::new, |run| run.curve("force"))).color(method.color),
         ];
         Panel { y: Axis::new("internal force", "N"), series }

@@ -171,6 +171,7 @@ fn tables(effort: Effort, runs: &Runs) -> Vec<Table> {
                 (cells.to_string(), pairs.map(|(&particles, &paper)| cell(paper, error(runs, method, *cells, particles))).collect())
             })
             .collect(),
+        beside: "paper",
         band: Some(*band),
     });
     let rows = |column: usize, cells: usize| ORDERS.map(|(_, method, orders)| cell(orders[column], order(runs, method, cells))).to_vec();
@@ -178,6 +179,7 @@ fn tables(effort: Effort, runs: &Runs) -> Vec<Table> {
         title: "Tables 5.2, 6.1, 7.2: observed order from half the cells, 4 particles a cell".into(),
         header: ["cells".to_owned()].into_iter().chain(ORDERS.iter().map(|(_, method, _)| method.name.to_owned())).collect(),
         rows: table_cells(effort)[1..].iter().enumerate().map(|(i, &cells)| (cells.to_string(), rows(i, cells))).collect(),
+        beside: "paper",
         band: Some([0.98, 1.02]),
     };
     errors.chain([orders]).collect()
