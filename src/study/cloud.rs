@@ -54,6 +54,9 @@ impl Cloud {
         let mut svg = Svg::new();
         svg.text([LEFT, 30.0], 17.0, Anchor::Start, &self.title);
         let range: [(f64, f64); 2] = std::array::from_fn(|axis| self.range(axis));
+        // as much room above and below as at the sides
+        let room = 0.03 * range.iter().map(|(low, high)| high - low).fold(0.0, f64::max);
+        let range = range.map(|(low, high)| (low - room, high + room));
         let size = range.map(|(low, high)| high - low);
         let columns = self.columns as f64;
         let width = (WIDTH - LEFT - RIGHT - (columns - 1.0) * FOOT) / columns;
@@ -89,16 +92,12 @@ impl Cloud {
         svg.finish(total)
     }
 
-    /// Range of the positions, a twentieth wider on both sides.
+    /// Range of the positions along an axis.
     fn range(&self, axis: usize) -> (f64, f64) {
         let seen = |(low, high): (f64, f64), v: f64| (low.min(v), high.max(v));
         let all = self.views.iter().flat_map(|v| v.points.iter().map(|p| p[axis])).filter(|v| v.is_finite());
         let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), seen);
-        if low >= high {
-            return (-0.5, 0.5);
-        }
-        let room = 0.05 * (high - low);
-        (low - room, high + room)
+        if low < high { (low, high) } else { (-0.5, 0.5) }
     }
 
     /// A row a particle: `view,x [m],y [m],value`.
