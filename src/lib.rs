@@ -40,6 +40,8 @@
 //! | `step` | ONE STEP: one file a stage, named in running order; the stable step; measures |
 //! | [`component`] | FROM OUTSIDE: [`Simulation`], the variable list, snapshots: all that an adapter may see |
 //! | [`record`] | DATA OUT: Rerun, CSV, pictures |
+//! | [`study`] | STUDIES: many runs beside the numbers and figures of the papers |
+//! | `svg`, `color`, `draft` | what pictures and reports are made with |
 //!
 //! # Invariants
 //!
@@ -64,7 +66,9 @@
 //! - Formulas are read by our own small parser (`scene/formula.rs`): the crates that were tried misread `-x^2` or `1e-3`, or are not kept.
 
 mod basis;
+mod color;
 pub mod component;
+mod draft;
 mod grid;
 mod material;
 mod model;
@@ -73,6 +77,8 @@ pub mod record;
 pub mod scene;
 mod state;
 mod step;
+pub mod study;
+mod svg;
 mod transfer;
 
 pub use component::Simulation;

@@ -213,3 +213,13 @@ fn faults_that_show_only_when_a_scene_is_built_have_a_place_too() {
     let said = bad(2, &["check", file.to_str().unwrap()]);
     assert!(said.contains("lost.toml:10:") && said.contains("at t = 0"), "{said}");
 }
+
+#[test]
+fn study_writes_a_report_and_knows_its_problems() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("docs");
+    let text = good(&["study", "papers", "--quick", "--only", "t3,T4", "--out", out.to_str().unwrap()]);
+    assert!(text.contains("T3 Column") && text.contains("T4 Column") && !text.contains("T1 ") && text.contains("papers.md"), "{text}");
+    assert!(out.join("papers.md").exists() && out.join("papers/t4-motion.svg").exists() && out.join("papers/t4-motion.csv").exists());
+    assert!(bad(2, &["study", "papers", "--only", "T99"]).contains("expected one of T1"));
+}

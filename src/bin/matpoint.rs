@@ -1,4 +1,5 @@
-//! The command `matpoint`: run, check and describe scenes, print the schema of scene files.
+//! The command `matpoint`: run, check and describe scenes, compare them with papers, print the
+//! schema of scene files.
 //!
 //! Exit codes: 0 done; 1 a run failed; 2 a fault in the scene or the arguments, and then nothing was written.
 
@@ -41,10 +42,25 @@ enum Command {
   matpoint describe beam.toml
   matpoint describe beam.toml --set method.transfer=apic")]
     Describe(SceneArgs),
+    /// Run many scenes and compare them with what others published.
+    #[command(subcommand)]
+    Study(StudyCommand),
     /// Print the JSON schema of scene files.
     #[command(after_help = "Examples:
   matpoint schema > scene.schema.json            editors complete and check scene files with it")]
     Schema,
+}
+
+#[derive(Subcommand)]
+enum StudyCommand {
+    /// Run the problems of three papers; write tables, figures and findings beside theirs.
+    #[command(after_help = "Examples:
+  matpoint study papers                          everything; writes docs/papers.md and docs/papers/
+  matpoint study papers --quick --out /tmp/look  coarse and short cases, in about ten seconds
+  matpoint study papers --only T1,T4             some problems only
+
+Exit codes: 0 every finding came out as known, 1 one did not, 2 a fault in the arguments.")]
+    Papers(PapersArgs),
 }
 
 const RUN_EXAMPLES: &str = "Examples:
@@ -89,6 +105,30 @@ struct RunArgs {
     quiet: bool,
 }
 
+#[derive(Args)]
+struct PapersArgs {
+    /// Coarse and short cases only.
+    #[arg(long)]
+    quick: bool,
+    /// Folder for papers.md and the folder papers with its figures.
+    #[arg(long, value_name = "DIR", default_value = "docs")]
+    out: PathBuf,
+    /// Problems to run, such as T1,T4; all if left out.
+    #[arg(long, value_name = "ID,...", value_delimiter = ',', value_parser = problem)]
+    only: Vec<String>,
+    /// Show no progress bar.
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+fn problem(text: &str) -> Result<String, String> {
+    let known: Vec<&str> = matpoint::study::papers::problems().iter().map(|p| p.id).collect();
+    match known.iter().find(|id| id.eq_ignore_ascii_case(text)) {
+        Some(id) => Ok((*id).to_owned()),
+        None => Err(format!("expected one of {}", known.join(", "))),
+    }
+}
+
 fn key_value(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((key, value)) if !key.trim().is_empty() => Ok((key.trim().to_owned(), value.trim().to_owned())),
@@ -108,6 +148,7 @@ fn main() -> ExitCode {
         Command::Run(args) => cli::run(&args),
         Command::Check(args) => cli::check(&args),
         Command::Describe(args) => cli::describe(&args),
+        Command::Study(StudyCommand::Papers(args)) => cli::papers(&args),
         Command::Schema => cli::schema(),
     };
     match outcome {

@@ -2,10 +2,12 @@
 
 mod describe;
 mod run;
+mod study;
 mod text;
 
 pub(crate) use describe::{check, describe, schema};
 pub(crate) use run::run;
+pub(crate) use study::papers;
 
 use crate::SceneArgs;
 use matpoint::Simulation;
@@ -36,6 +38,12 @@ pub(crate) enum Failure {
     /// A step or a recording failed on the way.
     #[error("the run failed: {error}{}", kept(files))]
     Run { error: RunError, files: Vec<PathBuf> },
+    /// The report cannot be written.
+    #[error("{0}")]
+    Report(RecordError),
+    /// Findings or tables of a study came out differently from what is known.
+    #[error("{count} of the results are unexpected")]
+    Unexpected { count: usize },
     /// The summary cannot be read from the simulation.
     #[error(transparent)]
     Component(#[from] matpoint::component::ComponentError),
@@ -47,7 +55,7 @@ pub(crate) enum Failure {
 impl Failure {
     pub(crate) fn exit_code(&self) -> ExitCode {
         match self {
-            Self::Run { .. } | Self::Component(_) | Self::Output(_) => ExitCode::from(1),
+            Self::Run { .. } | Self::Report(_) | Self::Unexpected { .. } | Self::Component(_) | Self::Output(_) => ExitCode::from(1),
             _ => ExitCode::from(2),
         }
     }

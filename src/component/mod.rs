@@ -185,6 +185,16 @@ impl Simulation {
         Ok(self.outputs.value(index, &self.model, &self.state, lookup, &self.initial, self.exact.as_ref()))
     }
 
+    /// Internal force at node `node` of a scene in dimension 1 \[N\]: the integral of stress times slope of its function, as the method of the
+    /// scene sums it (Tielen 2016, equation 3.2). Means what it says where no load acts on particles or surfaces. Zero far from any body.
+    ///
+    /// # Errors
+    /// A state that cannot be measured.
+    pub(crate) fn internal_force(&mut self, node: usize) -> Result<f64, ComponentError> {
+        let force = self.stepper.nodal_force(&self.model, &mut self.state, [0, 0, node as i32])?;
+        Ok(-force.unwrap_or(0.0))
+    }
+
     /// All bytes that a restart needs.
     pub fn save(&self) -> Vec<u8> {
         // a state is plain numbers: there is nothing that could not be written to memory

@@ -1,10 +1,10 @@
 //! Tables: `history.csv` (a row a record time) and `particles.csv` (the last frame).
 
 use super::columns::{self, SYMMETRIC, Series};
-use super::draft::Draft;
 use super::particles::von_mises;
 use super::{RecordError, Sink};
 use crate::Simulation;
+use crate::draft::Draft;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 

@@ -3,10 +3,8 @@
 //! [`run`] steps a simulation from one record time to the next and calls every [`Sink`] there. What no sink asks for is never
 //! computed. Where a run stops to record is said by the scene alone, so a result does not depend on who listens.
 
-mod color;
 mod columns;
 mod csv;
-mod draft;
 mod energy;
 mod particles;
 mod picture;
@@ -90,7 +88,7 @@ pub enum RecordError {
 
 impl RecordError {
     /// For `map_err` on file operations.
-    fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+    pub(crate) fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
         move |source| Self::Write { path: path.to_path_buf(), source }
     }
 }

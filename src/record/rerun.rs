@@ -1,10 +1,10 @@
 //! Recordings for the [Rerun](https://rerun.io) viewer: particles, energies and probes over simulated time.
 
-use super::color::viridis;
 use super::columns::{self, Series};
 use super::particles::{all_von_mises, spacing};
 use super::{RecordError, Sink};
 use crate::Simulation;
+use crate::color::viridis;
 use ::rerun::blueprint::components::PanelState;
 use ::rerun::blueprint::{Blueprint, BlueprintPanel, Horizontal, SelectionPanel, Spatial3DView, Tabs, TextDocumentView, TimePanel};
 use ::rerun::blueprint::{ContainerLike, TimeSeriesView, Vertical};

@@ -64,6 +64,15 @@ impl Stepper {
         Ok(measures)
     }
 
+    /// Force on a node along the first axis \[N\], from stresses, loads on particles and surfaces, but without what acts on all masses
+    /// alike. The state stays as it is but for the order of its particles. `None` where nothing is near the node.
+    pub(crate) fn nodal_force(&mut self, model: &Model, state: &mut State, node: [i32; 3]) -> Result<Option<f64>, StepError> {
+        self.locate(model, state)?;
+        self.load(model, state)?;
+        self.particles_to_grid(model, state, p2g::What::MassMomentumForce);
+        Ok(self.grid.node(node).map(|index| self.grid.force[index][1]))
+    }
+
     /// Sum of x_i x p_i over the nodes: for linearly complete functions the moment of momentum of the particles.
     fn angular_momentum(&self, model: &Model, kick: f64) -> [f64; 3] {
         let dimension = model.dimension;

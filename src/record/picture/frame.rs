@@ -1,8 +1,8 @@
 //! What all pictures share: the title, the legend, and words for boundaries.
 
 use super::Snapshot;
-use super::svg::{Anchor, HATCH, INK, REGION, Svg, WIDTH};
 use crate::scene::{Axis, Boundary};
+use crate::svg::{Anchor, HATCH, INK, REGION, Svg, WIDTH};
 
 /// Left end of titles and legends \[px\].
 pub(super) const LEFT: f64 = 70.0;

@@ -1,9 +1,9 @@
 //! The picture of a scene in one dimension: displacement and stress over the bar.
 
-use super::super::color::viridis;
 use super::frame::{self, Mark};
-use super::svg::{Anchor, FAINT, HATCH, INK, Scale, Svg, WIDTH, hex, ticks};
 use super::{MOST_DRAWN, Snapshot};
+use crate::color::viridis;
+use crate::svg::{Anchor, FAINT, HATCH, INK, Scale, Svg, WIDTH, hex, ticks};
 use std::fmt::Write;
 
 const TOP: f64 = 76.0;

@@ -4,13 +4,12 @@ mod frame;
 mod line;
 mod plane;
 mod solid;
-mod svg;
 
-use super::draft::Draft;
 use super::particles::{all_von_mises, spacing};
 use super::{RecordError, Sink};
 use crate::Simulation;
 use crate::component::ComponentError;
+use crate::draft::Draft;
 use crate::scene::Scene;
 use std::path::{Path, PathBuf};
 

@@ -1,10 +1,10 @@
 //! The picture of a plane scene: every particle as the parallelogram it has become.
 
-use super::super::color::viridis;
 use super::frame::{self, Mark};
-use super::svg::{Anchor, FAINT, HATCH, INK, REGION, Scale, Svg, WIDTH, hex, polygon, ticks};
 use super::{MOST_DRAWN, Snapshot};
+use crate::color::viridis;
 use crate::scene::Shape;
+use crate::svg::{Anchor, FAINT, HATCH, INK, REGION, Scale, Svg, WIDTH, hex, polygon, ticks};
 use std::collections::BTreeMap;
 
 const UNDEFORMED: &str = "#dcdcdc";

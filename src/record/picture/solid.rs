@@ -1,9 +1,9 @@
 //! The picture of a scene in space: the surface of the bodies in parallel projection, every particle as the block it has become.
 
-use super::super::color::viridis;
 use super::frame::{self, Mark};
-use super::svg::{Anchor, FAINT, HATCH, INK, Scale, Svg, WIDTH, hex, polygon, ticks};
 use super::{MOST_DRAWN, Snapshot};
+use crate::color::viridis;
+use crate::svg::{Anchor, FAINT, HATCH, INK, Scale, Svg, WIDTH, hex, polygon, ticks};
 use std::collections::HashSet;
 
 /// Where the eye is: x to the right, y to the right and back, z up.

@@ -1,12 +1,12 @@
 //! A file that appears only when it is whole.
 
-use super::RecordError;
+use crate::record::RecordError;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// Writes to `NAME.part` and takes the name when finished, so that a run that dies leaves an older file as it was.
-pub(super) struct Draft {
+pub(crate) struct Draft {
     path: PathBuf,
     part: PathBuf,
     out: Option<BufWriter<File>>,
@@ -14,7 +14,7 @@ pub(super) struct Draft {
 
 impl Draft {
     /// Opens the file; its folder must be there.
-    pub(super) fn create(path: &Path) -> Result<Self, RecordError> {
+    pub(crate) fn create(path: &Path) -> Result<Self, RecordError> {
         let mut part = path.as_os_str().to_owned();
         part.push(".part");
         let part = PathBuf::from(part);
@@ -27,7 +27,7 @@ impl Draft {
     }
 
     /// Writes `text` at the end.
-    pub(super) fn write(&mut self, text: &str) -> Result<(), RecordError> {
+    pub(crate) fn write(&mut self, text: &str) -> Result<(), RecordError> {
         match &mut self.out {
             Some(out) => out.write_all(text.as_bytes()).map_err(RecordError::write(&self.path)),
             None => Ok(()),
@@ -35,7 +35,7 @@ impl Draft {
     }
 
     /// Gives the file its name, which is returned.
-    pub(super) fn finish(mut self) -> Result<PathBuf, RecordError> {
+    pub(crate) fn finish(mut self) -> Result<PathBuf, RecordError> {
         if let Some(mut out) = self.out.take() {
             out.flush().map_err(RecordError::write(&self.path))?;
             std::fs::rename(&self.part, &self.path).map_err(RecordError::write(&self.path))?;

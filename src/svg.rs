@@ -1,30 +1,30 @@
 //! SVG as text: the few shapes that the pictures need, and the numbers on their axes.
 
-use super::super::color::viridis;
+use crate::color::viridis;
 use std::fmt::{Display, Write};
 
 /// Width of every picture \[px\].
-pub(super) const WIDTH: f64 = 900.0;
+pub(crate) const WIDTH: f64 = 900.0;
 /// Colour of text and axes.
-pub(super) const INK: &str = "#222";
+pub(crate) const INK: &str = "#222";
 /// Colour of grid lines.
-pub(super) const FAINT: &str = "#e6e6e6";
+pub(crate) const FAINT: &str = "#e6e6e6";
 
 /// Where a text is held.
 #[derive(Clone, Copy)]
-pub(super) enum Anchor {
+pub(crate) enum Anchor {
     Start,
     Middle,
     End,
 }
 
 /// A picture while it is drawn; lengths in pixels, y down.
-pub(super) struct Svg {
+pub(crate) struct Svg {
     body: String,
 }
 
 impl Svg {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { body: String::new() }
     }
 
@@ -34,7 +34,7 @@ impl Svg {
         self.body.push('\n');
     }
 
-    pub(super) fn text(&mut self, [x, y]: [f64; 2], size: f64, anchor: Anchor, text: impl Display) {
+    pub(crate) fn text(&mut self, [x, y]: [f64; 2], size: f64, anchor: Anchor, text: impl Display) {
         let anchor = match anchor {
             Anchor::Start => "start",
             Anchor::Middle => "middle",
@@ -45,7 +45,7 @@ impl Svg {
     }
 
     /// Text that reads upwards, centred at a point.
-    pub(super) fn text_upwards(&mut self, [x, y]: [f64; 2], size: f64, text: impl Display) {
+    pub(crate) fn text_upwards(&mut self, [x, y]: [f64; 2], size: f64, text: impl Display) {
         let text = escape(&text.to_string());
         self.push(format_args!(
             r#"<text transform="translate({x:.1} {y:.1}) rotate(-90)" font-size="{size}" text-anchor="middle">{text}</text>"#
@@ -53,40 +53,56 @@ impl Svg {
     }
 
     /// Text with a white rim, readable on any ground.
-    pub(super) fn label(&mut self, [x, y]: [f64; 2], text: impl Display) {
+    pub(crate) fn label(&mut self, [x, y]: [f64; 2], text: impl Display) {
         let text = escape(&text.to_string());
         self.push(format_args!(
             r#"<text x="{x:.1}" y="{y:.1}" font-size="13" stroke="white" stroke-width="3" paint-order="stroke">{text}</text>"#
         ));
     }
 
-    pub(super) fn line(&mut self, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2], color: &str, width: f64) {
+    /// What is drawn until [`Svg::unclip`] shows only within a rectangle; `id` is a name that no other clip has.
+    pub(crate) fn clip(&mut self, id: &str, [x, y]: [f64; 2], [w, h]: [f64; 2]) {
+        self.push(format_args!(
+            r##"<clipPath id="{id}"><rect x="{x:.1}" y="{y:.1}" width="{w:.1}" height="{h:.1}"/></clipPath><g clip-path="url(#{id})">"##
+        ));
+    }
+
+    pub(crate) fn unclip(&mut self) {
+        self.push(format_args!("</g>"));
+    }
+
+    pub(crate) fn line(&mut self, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2], color: &str, width: f64) {
         self.push(format_args!(r#"<line x1="{x1:.1}" y1="{y1:.1}" x2="{x2:.1}" y2="{y2:.1}" stroke="{color}" stroke-width="{width}"/>"#));
     }
 
     /// A rectangle from its upper left corner.
-    pub(super) fn rect(&mut self, [x, y]: [f64; 2], [w, h]: [f64; 2], fill: &str, stroke: &str) {
+    pub(crate) fn rect(&mut self, [x, y]: [f64; 2], [w, h]: [f64; 2], fill: &str, stroke: &str) {
         self.push(format_args!(r#"<rect x="{x:.1}" y="{y:.1}" width="{w:.1}" height="{h:.1}" fill="{fill}" stroke="{stroke}"/>"#));
     }
 
-    pub(super) fn circle(&mut self, [x, y]: [f64; 2], radius: f64, fill: &str, stroke: &str) {
+    pub(crate) fn circle(&mut self, [x, y]: [f64; 2], radius: f64, fill: &str, stroke: &str) {
         self.push(format_args!(r#"<circle cx="{x:.1}" cy="{y:.1}" r="{radius}" fill="{fill}" stroke="{stroke}" stroke-width="1.5"/>"#));
     }
 
     /// An area; its rim has the same colour, so that no seam shows between neighbours.
-    pub(super) fn area(&mut self, outline: &str, fill: &str) {
+    pub(crate) fn area(&mut self, outline: &str, fill: &str) {
         self.push(format_args!(r#"<path d="{outline}" fill="{fill}" stroke="{fill}" stroke-width="0.4"/>"#));
     }
 
+    /// A dot without a rim.
+    pub(crate) fn dot(&mut self, [x, y]: [f64; 2], radius: f64, fill: &str) {
+        self.push(format_args!(r#"<circle cx="{x:.1}" cy="{y:.1}" r="{radius:.1}" fill="{fill}"/>"#));
+    }
+
     /// An outline without an area.
-    pub(super) fn outline(&mut self, outline: &str, stroke: &str, width: f64, dashes: &str) {
+    pub(crate) fn outline(&mut self, outline: &str, stroke: &str, width: f64, dashes: &str) {
         self.push(format_args!(
             r#"<path d="{outline}" fill="none" stroke="{stroke}" stroke-width="{width}" stroke-dasharray="{dashes}"/>"#
         ));
     }
 
     /// A vertical colour bar, 16 px wide, with its ticks.
-    pub(super) fn color_bar(&mut self, [x, y]: [f64; 2], height: f64, scale: &Scale, title: &str) {
+    pub(crate) fn color_bar(&mut self, [x, y]: [f64; 2], height: f64, scale: &Scale, title: &str) {
         const STEPS: usize = 64;
         for i in 0..STEPS {
             let fill = hex(viridis((i as f64 + 0.5) / STEPS as f64));
@@ -103,7 +119,7 @@ impl Svg {
     }
 
     /// The whole file.
-    pub(super) fn finish(self, height: f64) -> String {
+    pub(crate) fn finish(self, height: f64) -> String {
         format!(
             r##"<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{height:.0}" viewBox="0 0 {WIDTH} {height:.0}"
  font-family="Helvetica, Arial, 'Liberation Sans', 'DejaVu Sans', sans-serif" fill="{INK}">
@@ -120,12 +136,12 @@ impl Svg {
 }
 
 /// Fill for walls, defined by [`Svg::finish`].
-pub(super) const HATCH: &str = "url(#hatch)";
+pub(crate) const HATCH: &str = "url(#hatch)";
 /// Fill for held regions, in which bodies are seen.
-pub(super) const REGION: &str = "url(#region)";
+pub(crate) const REGION: &str = "url(#region)";
 
 /// A closed outline through `corners`, in the short relative form: pictures hold thousands of them.
-pub(super) fn polygon(out: &mut String, corners: &[[f64; 2]]) {
+pub(crate) fn polygon(out: &mut String, corners: &[[f64; 2]]) {
     // Steps are taken between rounded corners, so that rounding does not add up.
     let rounded = |v: f64| (v * 100.0).round() / 100.0;
     let mut last = [0.0; 2];
@@ -141,23 +157,23 @@ pub(super) fn polygon(out: &mut String, corners: &[[f64; 2]]) {
 }
 
 /// `#rrggbb`.
-pub(super) fn hex([r, g, b]: [u8; 3]) -> String {
+pub(crate) fn hex([r, g, b]: [u8; 3]) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
 /// A range of values with the SI prefix that makes its numbers short.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Scale {
+pub(crate) struct Scale {
     low: f64,
     high: f64,
     factor: f64,
     /// Unit with its prefix.
-    pub(super) unit: String,
+    pub(crate) unit: String,
 }
 
 impl Scale {
     /// From the smallest to the largest of `values`; never empty.
-    pub(super) fn over(values: impl IntoIterator<Item = f64>, unit: &str) -> Self {
+    pub(crate) fn over(values: impl IntoIterator<Item = f64>, unit: &str) -> Self {
         let seen = |(low, high): (f64, f64), v: f64| (low.min(v), high.max(v));
         let (mut low, mut high) = values.into_iter().filter(|v| v.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), seen);
         if low > high {
@@ -169,17 +185,23 @@ impl Scale {
             let half = if largest == 0.0 { 1.0 } else { 0.5 * largest };
             (low, high) = (low - half, high + half);
         }
-        let (factor, prefix) = prefix(low.abs().max(high.abs()));
+        // a pure number has no unit that a prefix could stand before
+        let (factor, prefix) = if unit.is_empty() { (1.0, "") } else { prefix(low.abs().max(high.abs())) };
         Self { low, high, factor, unit: format!("{prefix}{unit}") }
     }
 
+    /// Lower and upper end.
+    pub(crate) fn ends(&self) -> [f64; 2] {
+        [self.low, self.high]
+    }
+
     /// 0 at the lower end, 1 at the upper end.
-    pub(super) fn share(&self, value: f64) -> f64 {
+    pub(crate) fn share(&self, value: f64) -> f64 {
         (value - self.low) / (self.high - self.low)
     }
 
     /// About `count` round values in the range, each with its text.
-    pub(super) fn ticks(&self, count: usize) -> Vec<(f64, String)> {
+    pub(crate) fn ticks(&self, count: usize) -> Vec<(f64, String)> {
         ticks(self.low / self.factor, self.high / self.factor, count).into_iter().map(|(v, text)| (v * self.factor, text)).collect()
     }
 }
@@ -193,7 +215,7 @@ fn prefix(value: f64) -> (f64, &'static str) {
 }
 
 /// Round values (1, 2 or 5 times a power of ten apart) from `low` to `high`, each with its text.
-pub(super) fn ticks(low: f64, high: f64, count: usize) -> Vec<(f64, String)> {
+pub(crate) fn ticks(low: f64, high: f64, count: usize) -> Vec<(f64, String)> {
     let rough = (high - low) / count.max(1) as f64;
     let power = 10f64.powf(rough.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|&s| s >= 0.999 * rough).unwrap_or(10.0 * power);

@@ -22,7 +22,7 @@ const VIRIDIS: [[u8; 3]; 17] = [
 ];
 
 /// Colour (red, green, blue) for a share from 0 to 1; anything outside takes the nearer end, NaN the lower one.
-pub(super) fn viridis(share: f64) -> [u8; 3] {
+pub(crate) fn viridis(share: f64) -> [u8; 3] {
     let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
     let x = share * (VIRIDIS.len() - 1) as f64;
     let i = (x as usize).min(VIRIDIS.len() - 2);

@@ -1,0 +1,62 @@
+//! `matpoint study`.
+
+use super::Failure;
+use super::text::duration;
+use crate::PapersArgs;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use matpoint::study::papers::{self, Effort};
+use matpoint::study::{Progress, Verdict};
+use std::io::Write;
+use std::time::Instant;
+
+/// Runs the problems of the papers, writes the report, prints a line for each finding.
+pub(crate) fn papers(args: &PapersArgs) -> Result<(), Failure> {
+    let effort = if args.quick { Effort::Quick } else { Effort::Full };
+    let start = Instant::now();
+    let bar = progress_bar(args.quiet);
+    let report = papers::report(effort, &args.only, |at| show(&bar, &at));
+    bar.finish_and_clear();
+    let files = report.write(&args.out).map_err(Failure::Report)?;
+
+    let mut out = std::io::stdout().lock();
+    let mut unexpected = 0;
+    for section in &report.sections {
+        writeln!(out, "{}", section.title)?;
+        for finding in &section.findings {
+            let verdict = finding.verdict();
+            unexpected += usize::from(verdict == Verdict::Unexpected);
+            writeln!(out, "  {verdict:24} {}: {}", finding.figure, finding.claim)?;
+            if verdict == Verdict::Unexpected {
+                writeln!(out, "  {:24} {}", "", finding.seen)?;
+            }
+        }
+        for table in &section.tables {
+            for (row, column, ratio) in table.outside() {
+                unexpected += 1;
+                writeln!(out, "  {:24} {}: row {row}, {column}: ratio {ratio:.4}", Verdict::Unexpected, table.title)?;
+            }
+        }
+        for (name, reason) in &section.failures {
+            writeln!(out, "  {:24} {name}: {}", "did not end", reason.replace('\n', "; "))?;
+        }
+    }
+    writeln!(out, "wrote {} files in {}", files.len(), duration(start.elapsed().as_secs_f64()))?;
+    if let Some(text) = files.last() {
+        writeln!(out, "read: {}", text.display())?;
+    }
+    if unexpected > 0 { Err(Failure::Unexpected { count: unexpected }) } else { Ok(()) }
+}
+
+/// A bar on stderr; indicatif draws nothing where that is no terminal.
+fn progress_bar(quiet: bool) -> ProgressBar {
+    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    let style =
+        ProgressStyle::with_template("{bar:30} {pos}/{len} runs, {elapsed}  {msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::with_draw_target(None, target).with_style(style)
+}
+
+fn show(bar: &ProgressBar, at: &Progress) {
+    bar.set_length(at.total as u64);
+    bar.set_position(at.done as u64);
+    bar.set_message(at.name.clone());
+}
