@@ -160,7 +160,13 @@ impl Axis {
     pub(crate) fn ends(&self, i: i32, upper: bool) -> bool {
         match self.family {
             Family::OpenSpline(_) | Family::Elements => i == if upper { self.functions() - 1 } else { 0 },
-            Family::UniformCubic | Family::Domains { .. } => if upper { i > self.cells } else { i <= 1 },
+            Family::UniformCubic | Family::Domains { .. } => {
+                if upper {
+                    i > self.cells
+                } else {
+                    i <= 1
+                }
+            }
         }
     }
 

@@ -73,7 +73,11 @@ mod tests {
             let mut sum = 0.0;
             for node in all.iter().filter(|n| !is_tied(dimension, **n)) {
                 let ours: f64 = lagrange(node)
-                    + all.iter().filter(|t| is_tied(dimension, **t)).map(|t| serendipity_weight(dimension, *t, *node) * lagrange(t)).sum::<f64>();
+                    + all
+                        .iter()
+                        .filter(|t| is_tied(dimension, **t))
+                        .map(|t| serendipity_weight(dimension, *t, *node) * lagrange(t))
+                        .sum::<f64>();
                 let shifted: Vec<i32> = node[3 - dimension..].iter().map(|i| i - 1).collect();
                 // round-off of some ten terms
                 assert!((ours - textbook(dimension, &xi[3 - dimension..], &shifted)).abs() < 1e-14, "{node:?}");

@@ -99,7 +99,9 @@ pub enum StepError {
         length: f64,
     },
     /// The particles of a body no longer stand in rows, or left a gap of more than a cell between them.
-    #[error("at t = {time} s stresses cannot be reconstructed at {position:?} m: {reason}; take quadrature = \"least_squares\" or \"particles\"")]
+    #[error(
+        "at t = {time} s stresses cannot be reconstructed at {position:?} m: {reason}; take quadrature = \"least_squares\" or \"particles\""
+    )]
     NoReconstruction {
         /// Time at the start of the failed substep \[s\].
         time: f64,

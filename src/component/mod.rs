@@ -9,11 +9,11 @@ mod words;
 pub use error::{ComponentError, StepError};
 pub use variable::{Causality, Description, Report, Variable};
 
-use crate::model::{Model, Pace, Signal};
+use crate::model::{Masses, Model, Pace, Signal};
 use crate::scene::{Fault, Integrator, Scene, SceneError, Transfer, parse};
 use crate::state::State;
 use crate::step::measure::Measures;
-use crate::step::{Stepper, limit};
+use crate::step::{Stepper, Wrong, limit};
 use exact::Exact;
 use output::Outputs;
 use std::path::Path;
@@ -90,6 +90,14 @@ impl Simulation {
         let initial = stepper.measure(&model, &mut state).map_err(|e| fault("body", e.to_string()))?;
         let outputs = Outputs::new(&model, &state, exact.as_ref());
         Ok(Self { scene, model, state, stepper, stable_step, exact, initial, outputs, backup: State::default() })
+    }
+
+    /// Does it wrong on purpose, to show what comes of it.
+    pub(crate) fn go_wrong(&mut self, wrong: Wrong) {
+        self.stepper.wrong = Some(wrong);
+        if wrong == Wrong::NegativeMass {
+            self.model.masses = Masses::Signed;
+        }
     }
 
     /// The scene that runs.

@@ -10,8 +10,8 @@ use crate::basis::{Axis, Family};
 use crate::material::{Embedding, Material};
 use crate::scene::{self, Basis, Fault, Formula, Mass, MassSolver, Quadrature, SceneError, Shape, Transfer};
 use crate::state::{Particles, State, Table};
-use lattice::lattice;
 pub(crate) use lattice::Lattice;
+use lattice::lattice;
 use sample::sample;
 
 /// A scene made ready to run.
@@ -92,10 +92,9 @@ impl MassRule {
         match mass {
             Mass::Lumped => Self::Lumped,
             Mass::Fmpm => Self::Series(method.fmpm_order.unwrap_or(2)),
-            Mass::Consistent => Self::Solved {
-                solver: method.mass_solver.unwrap_or(MassSolver::Pcg),
-                residual: method.mass_residual.unwrap_or(1e-9),
-            },
+            Mass::Consistent => {
+                Self::Solved { solver: method.mass_solver.unwrap_or(MassSolver::Pcg), residual: method.mass_residual.unwrap_or(1e-9) }
+            }
         }
     }
     pub(crate) fn is_lumped(self) -> bool {

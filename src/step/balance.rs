@@ -1,7 +1,7 @@
 //! Stage 4: balance of momentum on the nodes, and the boundaries.
 
-use super::Stepper;
 use super::mass::Held;
+use super::{Stepper, Wrong};
 use crate::component::StepError;
 use crate::grid::Lanes;
 use crate::model::{MassRule, Masses, Model};
@@ -22,7 +22,9 @@ impl Stepper {
             self.balance_with_matrix(model, state, kick, dt, wanted)?;
         }
         // exactly, and for nearly empty nodes too
-        self.hold_velocity(model, state.time + 0.5 * dt);
+        if self.wrong != Some(Wrong::ImproperBoundary) {
+            self.hold_velocity(model, state.time + 0.5 * dt);
+        }
         Ok(())
     }
 
@@ -192,7 +194,9 @@ impl Stepper {
             let reaction = model.flip_share * flip + (1.0 - model.flip_share) * pic;
             self.impulse[c.boundary as usize][axis] += reaction * kick;
             self.boundary_work += reaction * new * dt;
-            momentum[lane] = mass * old;
+            if self.wrong != Some(Wrong::ImproperBoundary) {
+                momentum[lane] = mass * old;
+            }
             force[lane] = mass * acceleration - weight;
         }
     }

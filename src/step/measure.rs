@@ -69,8 +69,8 @@ impl Stepper {
     pub(crate) fn nodal_force(&mut self, model: &Model, state: &mut State, node: [i32; 3]) -> Result<Option<f64>, StepError> {
         self.locate(model, state)?;
         self.load(model, state)?;
-        self.particles_to_grid(model, state, p2g::What::MassMomentumForce);
-        Ok(self.grid.node(node).map(|index| self.grid.force[index][1]))
+        self.particles_to_grid(model, state, p2g::What::MassMomentumForce)?;
+        Ok(self.grid.node(0, node).map(|index| self.grid.force[index][1]))
     }
 
     /// Sum of x_i x p_i over the nodes: for linearly complete functions the moment of momentum of the particles.

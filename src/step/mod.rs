@@ -21,6 +21,9 @@ mod mass;
 pub(crate) mod measure;
 mod p2g;
 mod sparse;
+mod wrong;
+
+pub(crate) use wrong::Wrong;
 
 use crate::component::StepError;
 use crate::grid::{Grid, Lanes, Tile};
@@ -60,6 +63,8 @@ pub(crate) struct Stepper {
     right: Vec<Lanes>,
     /// A mass matrix times a field.
     product: Vec<Lanes>,
+    /// What is done wrong on purpose.
+    pub(crate) wrong: Option<Wrong>,
     /// Iterations of the solver of the mass matrix since the last call of `begin`.
     pub(crate) iterations: u64,
 }
@@ -84,13 +89,14 @@ impl Stepper {
             matrix_is_current: false,
             right: Vec::new(),
             product: Vec::new(),
+            wrong: None,
             iterations: 0,
         }
     }
 
     /// Forgets what belongs to another state.
     pub(crate) fn forget(&mut self, model: &Model) {
-        *self = Self::new(model);
+        *self = Self { wrong: self.wrong, ..Self::new(model) };
     }
 
     /// Starts to add up boundary reactions.

@@ -2,7 +2,7 @@
 
 use super::balance::is_empty;
 use super::mass::Held;
-use super::{Stepper, for_each, with_tile, worth_sharing};
+use super::{Stepper, Wrong, for_each, with_tile, worth_sharing};
 use crate::basis::BATCH;
 use crate::component::StepError;
 use crate::grid::Lanes;
@@ -39,7 +39,13 @@ impl Stepper {
         let momentum = Shared(self.grid.momentum.as_mut_ptr());
         let force = Shared(self.grid.force.as_mut_ptr());
         let (grid, kernels, bins) = (&self.grid, &self.kernels, &state.bins);
-        let task = ScatterTask { model, rows: Rows::new(&mut state.particles), forces, body_force: &self.body_force, relieved: self.integration.relieved() };
+        let task = ScatterTask {
+            model,
+            rows: Rows::new(&mut state.particles),
+            forces,
+            body_force: &self.body_force,
+            relieved: self.integration.relieved(),
+        };
         for colour in &grid.colours {
             for_each(shared, colour, |b| {
                 let bin = &bins[b];
@@ -57,6 +63,13 @@ impl Stepper {
             self.add_surface_forces(model, state);
         }
         self.grid.fold_tied(forces);
+        if self.wrong == Some(Wrong::ProductMomentum) {
+            let each = state.particles.mass[0];
+            for lanes in &mut self.grid.momentum {
+                let share = lanes[0] / each;
+                lanes[1..].iter_mut().for_each(|p| *p *= share);
+            }
+        }
         if forces && model.needs.quadrature {
             self.add_point_forces(model, state);
         }

@@ -3,6 +3,7 @@
 use crate::Simulation;
 use crate::component::ComponentError;
 use crate::scene::Scene;
+use crate::step::Wrong;
 use indexmap::IndexMap;
 use rayon::prelude::*;
 use std::sync::Mutex;
@@ -19,12 +20,13 @@ pub struct Job {
     watches: Vec<(String, Watch)>,
     snapshots: Vec<(f64, Vec<String>)>,
     alone: bool,
+    wrong: Option<Wrong>,
 }
 
 impl Job {
     /// The scene is TOML; the name must differ from those of all other jobs.
     pub fn new(name: impl Into<String>, scene: impl Into<String>) -> Self {
-        Self { name: name.into(), scene: scene.into(), every: None, watches: Vec::new(), snapshots: Vec::new(), alone: false }
+        Self { name: name.into(), scene: scene.into(), every: None, watches: Vec::new(), snapshots: Vec::new(), alone: false, wrong: None }
     }
 
     /// Time between samples \[s\]; the first is taken at time 0. A whole number of steps, where the step is fixed: a step is shortened
@@ -53,6 +55,12 @@ impl Job {
     /// Its wall time is a result: it runs at the end, with nothing beside it.
     pub fn alone(mut self) -> Self {
         self.alone = true;
+        self
+    }
+
+    /// Is run in a way that a paper warns of.
+    pub(crate) fn wrong(mut self, wrong: Wrong) -> Self {
+        self.wrong = Some(wrong);
         self
     }
 
@@ -205,6 +213,9 @@ fn run_one(job: &Job) -> Run {
             return run;
         }
     };
+    if let Some(wrong) = job.wrong {
+        sim.go_wrong(wrong);
+    }
     if let Err(message) = follow(job, &mut sim, &mut run) {
         run.end = End::Failed(message);
     }

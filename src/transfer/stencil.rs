@@ -17,10 +17,7 @@ pub(crate) struct StencilRows {
 
 /// Writes the shape functions at the first `count` of some places.
 pub(super) fn tabulate<const D: usize, const W: usize>(axes: &[Axis], places: &Places<3>, count: usize, rows: &mut StencilRows) {
-    let places = Places::<D> {
-        position: std::array::from_fn(|a| places.position[a]),
-        half: std::array::from_fn(|a| places.half[a]),
-    };
+    let places = Places::<D> { position: std::array::from_fn(|a| places.position[a]), half: std::array::from_fn(|a| places.half[a]) };
     let s = Stencils::<W>::at::<D>(axes, &places, Third::Nothing);
     rows.nodes.clear();
     rows.weights.clear();

@@ -48,7 +48,9 @@ impl Check<'_> {
             }
         };
         let solved = uses(Mass::Consistent);
-        for (given, path) in [(method.mass_solver.is_some(), "method.mass_solver"), (method.mass_residual.is_some(), "method.mass_residual")] {
+        for (given, path) in
+            [(method.mass_solver.is_some(), "method.mass_solver"), (method.mass_residual.is_some(), "method.mass_residual")]
+        {
             self.require(solved || !given, path, || "is for mass = \"consistent\" only; leave it out".into());
         }
         if let Some(residual) = method.mass_residual {
