@@ -40,7 +40,6 @@ pub(crate) struct Model {
     pub(crate) projection: MassRule,
     /// Mass matrix of the balance of momentum.
     pub(crate) balance: MassRule,
-    pub(crate) quadrature: Quadrature,
     /// Whether velocities are projected with the quadrature of the forces.
     pub(crate) quadrature_of_velocity: bool,
     /// Whether the domains of particles follow the deformation; `None` where the family has none.
@@ -344,8 +343,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
     // Only where the gradient is taken of the kicked velocity, and slopes do not vanish with the functions.
     let affine_or_last = affine || method.integrator == scene::Integrator::Usl;
     let guarded = method.has_kinks() && affine_or_last && (flip_share == 0.0 || flip_share == 1.0) && balance.is_lumped();
-    let tolerance = method.mass_tolerance * lightest;
-    let light = if guarded { tolerance } else { 0.0 };
+    let light = if guarded { method.mass_tolerance.unwrap_or(0.1) * lightest } else { 0.0 };
     let needs = Needs {
         affine,
         increment: flip_share > 0.0 || light > 0.0,
@@ -374,11 +372,10 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         transfer: method.transfer,
         flip_share,
         light,
-        lump_below: if masses == Masses::Positive { tolerance } else { 0.0 },
+        lump_below: if masses == Masses::Positive { method.mass_tolerance.unwrap_or(1.0) * lightest } else { 0.0 },
         masses,
         projection,
         balance,
-        quadrature: method.quadrature,
         quadrature_of_velocity: method.quadrature_of_velocity(),
         domains: match family {
             Family::Domains { follow } => Some(follow),

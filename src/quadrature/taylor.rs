@@ -53,32 +53,10 @@ fn mean_squares(dimension: usize) -> [f64; MOST] {
     squares
 }
 
-/// What of the coefficients the particles decide.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Fit {
-    /// All.
-    Free,
-    /// All but the first, which is given: the mean of the field over the cell is what its particles carry.
-    Conservative,
-}
-
-impl Fit {
-    /// First function fitted.
-    fn first(self) -> usize {
-        match self {
-            Self::Free => 0,
-            Self::Conservative => 1,
-        }
-    }
-}
-
 /// Cholesky factor of the normal equations of a cell.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Factor {
-    fit: Fit,
-    /// Degree that the particles carry: 2, else 1, else 0.
-    pub(crate) degree: usize,
-    /// Functions up to this degree.
+    /// Functions up to the degree that the particles carry: 2, else 1, else 0.
     pub(crate) functions: usize,
 }
 
@@ -98,8 +76,8 @@ impl Factor {
     ///
     /// Functions come by degree, so that a smaller fit is a leading block. Each pivot is what remains at the particles of the square of
     /// its function: too little, and the fit ends with the degree before.
-    pub(crate) fn new(fit: Fit, dimension: usize, local: &[[f64; 3]], lower: &mut [f64]) -> Self {
-        let (n, first) = (functions(dimension, 2), fit.first());
+    pub(crate) fn new(dimension: usize, local: &[[f64; 3]], lower: &mut [f64]) -> Self {
+        let n = functions(dimension, 2);
         lower.fill(0.0);
         for place in local {
             let psi = basis(dimension, place);
@@ -110,13 +88,13 @@ impl Factor {
             }
         }
         let required = mean_squares(dimension).map(|square| WELL_PLACED * local.len() as f64 * square);
-        let up_to = |degree: usize| Self { fit, degree, functions: functions(dimension, degree) };
-        for i in first..n {
-            for j in first..i {
-                let known: f64 = (first..j).map(|k| lower[at(i, k)] * lower[at(j, k)]).sum();
+        let up_to = |degree: usize| Self { functions: functions(dimension, degree) };
+        for i in 0..n {
+            for j in 0..i {
+                let known: f64 = (0..j).map(|k| lower[at(i, k)] * lower[at(j, k)]).sum();
                 lower[at(i, j)] = (lower[at(i, j)] - known) / lower[at(j, j)];
             }
-            let pivot = lower[at(i, i)] - (first..i).map(|k| lower[at(i, k)].powi(2)).sum::<f64>();
+            let pivot = lower[at(i, i)] - (0..i).map(|k| lower[at(i, k)].powi(2)).sum::<f64>();
             if pivot < required[i] {
                 return up_to(usize::from(i > dimension));
             }
@@ -125,39 +103,35 @@ impl Factor {
         up_to(2)
     }
 
-    /// Coefficients of fields from their `values` at the particles. Of a conservative fit `means` are the first ones.
+    /// Coefficients of fields from their `values` at the particles.
     pub(crate) fn solve<const K: usize>(
         &self,
         dimension: usize,
         lower: &[f64],
         local: &[[f64; 3]],
         values: impl Iterator<Item = [f64; K]>,
-        means: [f64; K],
     ) -> [[f64; K]; MOST] {
-        let (n, first) = (self.functions, self.fit.first());
+        let n = self.functions;
         let mut c = [[0.0; K]; MOST];
         for (place, value) in local.iter().zip(values) {
             let psi = basis(dimension, place);
-            for i in first..n {
+            for i in 0..n {
                 for k in 0..K {
-                    c[i][k] += psi[i] * if first == 0 { value[k] } else { value[k] - means[k] };
+                    c[i][k] += psi[i] * value[k];
                 }
             }
         }
-        for i in first..n {
+        for i in 0..n {
             for k in 0..K {
-                let known: f64 = (first..i).map(|j| lower[at(i, j)] * c[j][k]).sum();
+                let known: f64 = (0..i).map(|j| lower[at(i, j)] * c[j][k]).sum();
                 c[i][k] = (c[i][k] - known) / lower[at(i, i)];
             }
         }
-        for i in (first..n).rev() {
+        for i in (0..n).rev() {
             for k in 0..K {
                 let known: f64 = (i + 1..n).map(|j| lower[at(j, i)] * c[j][k]).sum();
                 c[i][k] = (c[i][k] - known) / lower[at(i, i)];
             }
-        }
-        if first == 1 {
-            c[0] = means;
         }
         c
     }

@@ -41,10 +41,12 @@ pub struct Method {
     /// Share of FLIP in a FLIP transfer, 0 to 1; the rest is PIC.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub flip_share: Option<f64>,
-    /// A node lighter than this share of the lightest particle is nearly empty. A consistent mass matrix is lumped there. With linear
-    /// functions, or Lagrange elements, and USL or APIC the velocity of such a node, and so the velocity gradient, takes no part of its
-    /// force; the particles do, so that momentum is conserved.
-    pub mass_tolerance: f64,
+    /// A node lighter than this share of the lightest particle, 0 to 1, is nearly empty. A consistent mass matrix is lumped there (1 if left
+    /// out: less makes the stable step shrink as bodies move through the grid). With linear functions or Lagrange elements, lumped mass,
+    /// and USL or APIC, the velocity of such a node, and so the velocity gradient, takes no part of its force; the particles do, so that
+    /// momentum is conserved (0.1 if left out).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass_tolerance: Option<f64>,
 }
 
 impl Default for Method {
@@ -63,7 +65,7 @@ impl Default for Method {
             integrator: Integrator::Musl,
             transfer: Transfer::Flip,
             flip_share: None,
-            mass_tolerance: 0.1,
+            mass_tolerance: None,
         }
     }
 }

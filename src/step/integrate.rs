@@ -2,10 +2,12 @@
 //! reconstructed there (Tielen 2016, section 7.2; Wobbes et al. 2019).
 
 use super::Stepper;
+use super::balance::is_empty;
 use super::load::deformation;
 use super::sparse::SparseRows;
 use crate::basis::{BATCH, Places};
 use crate::component::StepError;
+use crate::grid::Lanes;
 use crate::model::Model;
 use crate::quadrature::{CellQuadrature, FULL_SHARE, GridAxis, LineQuadrature, Point, Scratch, stretches};
 use crate::state::State;
@@ -46,7 +48,6 @@ pub(super) struct Integration {
     of_1: Fields<1>,
     of_2: Fields<2>,
     of_3: Fields<3>,
-    of_4: Fields<4>,
     of_6: Fields<6>,
 }
 
@@ -69,7 +70,7 @@ impl<const K: usize> Fields<K> {
         let fields: [&[f64]; K] = std::array::from_fn(|k| columns[k].as_slice());
         match rule {
             Rule::Lines(lines) => lines.evaluate(fields, &mut self.scratch, &mut self.values),
-            Rule::Cells(cells) => cells.free(fields, &mut self.values),
+            Rule::Cells(cells) => cells.evaluate(fields, &mut self.values),
         }
     }
 }
@@ -206,20 +207,22 @@ impl Stepper {
                     column.push(sigma[(*r, *c)]);
                 }
             }
-            let force = &mut self.grid.force;
+            // where the masses come from the particles, a force on a node that none of them reaches would be lost, and momentum with it
+            let wants_mass = !model.quadrature_of_velocity || model.balance.is_lumped();
+            let mut target = Target { force: &mut self.grid.force, mass: wants_mass.then_some(&self.grid.momentum), model };
             let rule = &points.rule;
             match d {
                 1 => {
                     all.of_1.take(rule, &all.columns);
-                    push_forces(&all.rows, first, rule.points(), &all.of_1.values, [[0, 9, 9], [9; 3], [9; 3]], force);
+                    push_forces(&all.rows, first, rule.points(), &all.of_1.values, [[0, 9, 9], [9; 3], [9; 3]], &mut target);
                 }
                 2 => {
                     all.of_3.take(rule, &all.columns);
-                    push_forces(&all.rows, first, rule.points(), &all.of_3.values, [[0, 2, 9], [2, 1, 9], [9; 3]], force);
+                    push_forces(&all.rows, first, rule.points(), &all.of_3.values, [[0, 2, 9], [2, 1, 9], [9; 3]], &mut target);
                 }
                 _ => {
                     all.of_6.take(rule, &all.columns);
-                    push_forces(&all.rows, first, rule.points(), &all.of_6.values, [[0, 5, 4], [5, 1, 3], [4, 3, 2]], force);
+                    push_forces(&all.rows, first, rule.points(), &all.of_6.values, [[0, 5, 4], [5, 1, 3], [4, 3, 2]], &mut target);
                 }
             }
             first += rule.points().len();
@@ -239,7 +242,14 @@ impl Stepper {
                 let density = |p: usize, _| state.particles.mass[p] / (state.particles.volume[p] * deformation(d, state, p).determinant());
                 fill(&mut all.columns, 1, &points.places, density);
                 all.of_1.take(&points.rule, &all.columns);
+                let start = mass.len();
                 mass.extend(points.rule.points().iter().zip(&all.of_1.values).map(|(point, density)| point.weight * density[0]));
+                if let Rule::Cells(cells) = &points.rule {
+                    let of = |p: usize| state.particles.mass[points.places[p] as usize];
+                    let carried = (0..points.places.len()).map(of).sum::<f64>() - cells.left().map(of).sum::<f64>();
+                    let ratio = carried / mass[start..].iter().sum::<f64>();
+                    mass[start..].iter_mut().for_each(|m| *m *= ratio);
+                }
                 self.push_left(model, state, points, rows, mass);
             }
             Ok(())
@@ -270,6 +280,7 @@ impl Stepper {
         let d = model.dimension;
         let mut velocities: Vec<[f64; 3]> = Vec::new();
         for points in &all.bodies {
+            let start = velocities.len();
             fill(&mut all.columns, d, &points.places, |p, a| state.particles.velocity.column(a)[p]);
             match d {
                 1 => {
@@ -287,6 +298,15 @@ impl Stepper {
             }
             if let Rule::Cells(cells) = &points.rule {
                 velocities.extend(cells.left().map(|p| state.particles.velocity.row::<3>(points.places[p] as usize)));
+                // the momentum of the body is that of its particles
+                let masses = &self.matrix.masses()[start..velocities.len()];
+                let whole: f64 = masses.iter().sum();
+                for a in 0..d {
+                    let column = state.particles.velocity.column(a);
+                    let carried: f64 = points.places.iter().map(|&p| state.particles.mass[p as usize] * column[p as usize]).sum();
+                    let found: f64 = masses.iter().zip(&velocities[start..]).map(|(m, v)| m * v[a]).sum();
+                    velocities[start..].iter_mut().for_each(|v| v[a] += (carried - found) / whole);
+                }
             }
         }
         self.matrix.momentum(&velocities, &mut self.grid.momentum);
@@ -303,6 +323,14 @@ fn fill(columns: &mut Vec<Vec<f64>>, count: usize, places: &[u32], value: impl F
     }
 }
 
+/// Nodes that get forces.
+struct Target<'a> {
+    force: &'a mut [Lanes],
+    /// Mass of the nodes, where a point that reaches a node without any is left out.
+    mass: Option<&'a Vec<Lanes>>,
+    model: &'a Model,
+}
+
 /// Forces from the stress at the points of a body, whose first row is `first`; `component` is the place of each stress component among the
 /// values, 9 for none.
 fn push_forces<const K: usize>(
@@ -311,13 +339,17 @@ fn push_forces<const K: usize>(
     points: &[Point],
     stress: &[[f64; K]],
     component: [[usize; 3]; 3],
-    force: &mut [crate::grid::Lanes],
+    target: &mut Target,
 ) {
     for (row, (point, values)) in (first..).zip(points.iter().zip(stress)) {
+        let empty = |(node, slope): (usize, [f64; 3])| target.mass.is_some_and(|m| slope != [0.0; 3] && is_empty(target.model, m[node][0]));
+        if rows.slopes(row).any(empty) {
+            continue;
+        }
         let sigma = component.map(|row| row.map(|k| values.get(k).map_or(0.0, |s| point.weight * s)));
         for (node, slope) in rows.slopes(row) {
             for a in 0..3 {
-                force[node][1 + a] -= sigma[a][0] * slope[0] + sigma[a][1] * slope[1] + sigma[a][2] * slope[2];
+                target.force[node][1 + a] -= sigma[a][0] * slope[0] + sigma[a][1] * slope[1] + sigma[a][2] * slope[2];
             }
         }
     }

@@ -271,10 +271,11 @@ mod tests {
             r#"quadrature = "splines", degree = 3, mass = "consistent", quadrature_of = "force_and_velocity""#,
             r#"quadrature = "least_squares", mass = "consistent", quadrature_of = "force_and_velocity""#,
         ] {
-            let (below, above) = (growth_of(method, 0.98), growth_of(method, 1.2));
-            println!("{method}: energy x {below:.2} at 0.98, x {above:.1e} at 1.2 of the stable step");
-            // leapfrog energy oscillates by 1 / (1 - 0.98^2) = 25; with reconstruction the operator is not symmetric and the estimate rough
-            assert!(below < 26.0 && above > 1e4, "{method}: {below} {above}");
+            let (below, above) = (growth_of(method, 0.9), growth_of(method, 1.2));
+            println!("{method}: energy x {below:.2} at 0.9, x {above:.1e} at 1.2 of the stable step");
+            // Leapfrog energy oscillates by 1 / (1 - 0.9^2) = 5. With reconstruction, or two different mass matrices, the operator is not
+            // symmetric and the estimate rough.
+            assert!(below < 5.5 && above > 1e4, "{method}: {below} {above}");
         }
     }
 
@@ -284,6 +285,47 @@ mod tests {
             (1..=5).flat_map(|d| ["usf", "musl", "usl"].into_iter().flat_map(move |i| ["pic", "apic"].map(|t| (d, i, t))))
         {
             assert!(growth(degree, integrator, transfer, 0.98) < 2.0, "degree {degree} {integrator} {transfer}");
+        }
+    }
+
+    /// Stable step over h / c as a body slides through a cell: at its start, and the smallest.
+    fn while_sliding(method: &str) -> (f64, f64) {
+        let text = format!(
+            r#"
+            title = "slide"
+            dimension = 2
+            grid = {{ origin = [-1, -1], size = [3, 3], cell = 0.125 }}
+            material.m = {{ law = "linear_elastic", young = 1, density = 1 }}
+            method = {{ {method} }}
+            body.b = {{ material = "m", shape = {{ box = {{ min = [0, 0], max = [1, 1] }} }}, particles_per_cell = 3 }}
+            time = {{ end = 1 }}
+            "#
+        );
+        let (model, state) = Model::new(&Scene::from_toml(&text).unwrap()).unwrap();
+        let step = |k: usize| {
+            let mut moved = state.clone();
+            for axis in 0..2 {
+                moved.particles.position.column_mut(axis).iter_mut().for_each(|x| *x += 0.125 * (k as f64 / 25.0 + 1e-3));
+            }
+            stable_step(&model, &moved).unwrap() / 0.125
+        };
+        (step(0), (1..25).map(step).fold(f64::INFINITY, f64::min))
+    }
+
+    #[test]
+    fn lumping_nearly_empty_nodes_keeps_the_step_of_a_consistent_mass() {
+        let points = r#"quadrature = "splines", quadrature_of = "force_and_velocity""#;
+        for (mass, method) in [("lumped", ""), ("consistent", ""), ("lumped", r#"quadrature = "splines""#), ("consistent", points)] {
+            let of = |tolerance: &str| {
+                while_sliding(&format!(r#"mass = "{mass}", {method}{}{tolerance}"#, if method.is_empty() { "" } else { ", " }))
+            };
+            let (start, worst) = of("");
+            println!("{mass} {method}: stable step {start:.3} h/c at the start, {worst:.3} at worst");
+            assert!(worst > 0.9 * start, "{mass} {method}: {start} {worst}");
+            if mass == "consistent" {
+                let (_, raw) = of("mass_tolerance = 0.1");
+                assert!(raw < 0.8 * worst, "without it the step shrinks where a node is nearly empty: {raw} {worst}");
+            }
         }
     }
 }

@@ -36,7 +36,7 @@ use std::cell::RefCell;
 
 /// Kernels and scratch memory of a running scene: nothing in it is needed for a restart.
 pub(crate) struct Stepper {
-    kernels: Kernels,
+    pub(super) kernels: Kernels,
     pub(crate) grid: Grid,
     /// Body force of each particle \[m/s2\] by axis; empty where all have the same.
     body_force: Vec<Vec<f64>>,

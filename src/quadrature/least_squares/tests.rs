@@ -1,3 +1,4 @@
+use super::super::taylor::functions;
 use super::*;
 
 /// SplitMix64, uniform in \[0, 1).
@@ -52,9 +53,9 @@ fn quadratics_are_exact_with_random_particles() {
     for dimension in 1..=3 {
         let cloud = Cloud::new(dimension, 8, 0.4, |_| true);
         let quadrature = cloud.quadrature(2, 3, FULL_SHARE);
-        assert!(quadrature.cells().iter().all(|cell| cell.fits.unwrap()[0].degree == 2));
+        assert!(quadrature.cells().iter().all(|cell| cell.fit.unwrap().functions == functions(dimension, 2)));
         let mut values = Vec::new();
-        quadrature.free([&cloud.field(f), &cloud.field(|x| -2.0 * f(x))], &mut values);
+        quadrature.evaluate([&cloud.field(f), &cloud.field(|x| -2.0 * f(x))], &mut values);
         assert_eq!(values.len(), quadrature.points().len());
         for (point, value) in quadrature.points().iter().zip(&values) {
             // round-off 1e-16 times the condition, which the threshold of the pivots bounds
@@ -63,62 +64,29 @@ fn quadratics_are_exact_with_random_particles() {
     }
 }
 
-#[test]
-fn conservative_integrals_are_the_sums_over_the_particles() {
-    for dimension in 1..=3 {
-        let cloud = Cloud::new(dimension, 9, 0.4, |_| true);
-        let quadrature = cloud.quadrature(3, 2, FULL_SHARE);
-        let density = cloud.field(|[x, y, z]| (2.0 * x + y - z).exp());
-        let mass: Vec<f64> = density.iter().zip(&cloud.volume).map(|(density, volume)| density * volume).collect();
-        let mut values = Vec::new();
-        quadrature.conservative([&density], [&mass], &mut values);
-        let mut integrals = quadrature.points().iter().zip(&values);
-        for cell in quadrature.cells() {
-            let sum: f64 = quadrature.particles(cell).map(|p| mass[p]).sum();
-            let integral: f64 = integrals.by_ref().take(2_usize.pow(dimension as u32)).map(|(point, value)| point.weight * value[0]).sum();
-            // round-off of sums below 1
-            assert!((integral - sum).abs() < 1e-14, "{dimension}D: {integral} {sum}");
-        }
-    }
-}
-
-#[test]
-fn linear_fields_are_kept_by_a_conservative_fit_of_regular_particles() {
-    // where the sum over the particles is the integral, nothing is to be corrected
-    let cloud = Cloud::new(2, 8, 0.0, |_| true);
-    let quadrature = cloud.quadrature(2, 2, FULL_SHARE);
-    let f = |[x, y, _]: [f64; 3]| 1.0 + x - 2.0 * y;
-    let density = cloud.field(f);
-    let mass: Vec<f64> = density.iter().zip(&cloud.volume).map(|(density, volume)| density * volume).collect();
-    let mut values = Vec::new();
-    quadrature.conservative([&density], [&mass], &mut values);
-    // round-off of numbers near 1
-    assert!(quadrature.points().iter().zip(&values).all(|(point, value)| (value[0] - f(point.position)).abs() < 1e-14));
-}
-
-/// Degrees of the fits, free and conservative, of one cell from 0 to 1 whose particles stand at these places.
-fn degrees(dimension: usize, places: &[[f64; 2]]) -> [usize; 2] {
+/// Degree of the fit of one cell from 0 to 1 whose particles stand at these places.
+fn degree(dimension: usize, places: &[[f64; 2]]) -> usize {
     let volume = vec![1.0 / places.len() as f64; places.len()];
     let position = (0..dimension).map(|a| places.iter().map(|x| x[a]).collect()).collect();
-    Cloud { position, volume }.quadrature(1, 1, FULL_SHARE).cells()[0].fits.unwrap().map(|fit| fit.degree)
+    let found = Cloud { position, volume }.quadrature(1, 1, FULL_SHARE).cells()[0].fit.unwrap().functions;
+    (0..3).find(|degree| functions(dimension, *degree) == found).unwrap()
 }
 
 #[test]
 fn too_few_or_badly_placed_particles_lower_the_degree() {
-    let line = |places: &[f64]| degrees(1, &places.iter().map(|x| [*x, 0.0]).collect::<Vec<_>>());
-    assert_eq!(line(&[0.1, 0.5, 0.9]), [2, 2]);
-    // with the mean given, one function less is to be found
-    assert_eq!(line(&[0.1, 0.6]), [1, 2]);
-    assert_eq!(line(&[0.1]), [0, 1]);
-    assert_eq!(line(&[0.5, 0.5]), [0, 0]);
-    assert_eq!(line(&[0.5, 0.501, 0.502, 0.503]), [0, 0]);
-    assert_eq!(line(&[0.1, 0.101, 0.9, 0.901])[0], 1);
+    let line = |places: &[f64]| degree(1, &places.iter().map(|x| [*x, 0.0]).collect::<Vec<_>>());
+    assert_eq!(line(&[0.1, 0.5, 0.9]), 2);
+    assert_eq!(line(&[0.1, 0.6]), 1);
+    assert_eq!(line(&[0.1]), 0);
+    assert_eq!(line(&[0.5, 0.5]), 0);
+    assert_eq!(line(&[0.5, 0.501, 0.502, 0.503]), 0);
+    assert_eq!(line(&[0.1, 0.101, 0.9, 0.901]), 1);
     let plane: Vec<[f64; 2]> = (0..9).map(|i| [0.2 + 0.3 * (i % 3) as f64, 0.2 + 0.3 * (i / 3) as f64]).collect();
-    assert_eq!(degrees(2, &plane), [2, 2]);
+    assert_eq!(degree(2, &plane), 2);
     // 2 x 2 particles do not know the squares
-    assert_eq!(degrees(2, &[[0.2, 0.2], [0.2, 0.8], [0.8, 0.2], [0.8, 0.8]])[0], 1);
+    assert_eq!(degree(2, &[[0.2, 0.2], [0.2, 0.8], [0.8, 0.2], [0.8, 0.8]]), 1);
     // on one line across the plane
-    assert_eq!(degrees(2, &[0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9].map(|s| [s, s]))[0], 0);
+    assert_eq!(degree(2, &[0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9].map(|s| [s, s])), 0);
 }
 
 #[test]
@@ -128,7 +96,7 @@ fn cells_at_the_surface_are_left_to_particles() {
     let quadrature = cloud.quadrature(10, 2, FULL_SHARE);
     for cell in quadrature.cells() {
         // column 6 is cut, row 7 has no row above; the sides of the grid do not count
-        assert_eq!(cell.fits.is_some(), cell.index[0] < 6 && cell.index[1] < 7, "{:?}", cell.index);
+        assert_eq!(cell.fit.is_some(), cell.index[0] < 6 && cell.index[1] < 7, "{:?}", cell.index);
     }
     let points: f64 = quadrature.points().iter().map(|p| p.weight).sum();
     let particles: f64 = quadrature.left().map(|p| cloud.volume[p]).sum();
@@ -144,7 +112,7 @@ fn a_surface_across_the_grid_lets_no_cut_cell_pass() {
     let quadrature = cloud.quadrature(10, 2, FULL_SHARE);
     for cell in quadrature.cells() {
         let upper_corner = (cell.index[0] + cell.index[1] + 2) as f64 / 10.0;
-        assert!(cell.fits.is_none() || upper_corner < 0.97, "{:?}", cell.index);
+        assert!(cell.fit.is_none() || upper_corner < 0.97, "{:?}", cell.index);
     }
     assert!(quadrature.points().len() > 100);
 }
@@ -153,7 +121,7 @@ fn a_surface_across_the_grid_lets_no_cut_cell_pass() {
 fn a_cell_with_a_gap_is_left_to_particles() {
     let cloud = Cloud::new(2, 40, 0.0, |x| !(x[0] > 0.5 && x[0] < 0.6 && x[1] > 0.5 && x[1] < 0.57));
     let quadrature = cloud.quadrature(10, 2, FULL_SHARE);
-    let left: Vec<[i32; 3]> = quadrature.cells().iter().filter(|cell| cell.fits.is_none()).map(|cell| cell.index).collect();
+    let left: Vec<[i32; 3]> = quadrature.cells().iter().filter(|cell| cell.fit.is_none()).map(|cell| cell.index).collect();
     assert_eq!(left, [[5, 5, 0]]);
 }
 
@@ -168,7 +136,7 @@ fn integrals_are_of_third_order_with_jittered_particles() {
             let cloud = Cloud::new(dimension, 4 * n, 0.4, |_| true);
             let quadrature = cloud.quadrature(n, 3, FULL_SHARE);
             let mut values = Vec::new();
-            quadrature.free([&cloud.field(f)], &mut values);
+            quadrature.evaluate([&cloud.field(f)], &mut values);
             let rows = || quadrature.points().iter().zip(&values);
             let square: f64 = rows().map(|(p, v)| p.weight * (v[0] - f(p.position)).powi(2)).sum();
             let integral: f64 = rows().map(|(p, v)| p.weight * weight(p.position) * (v[0] - f(p.position))).sum();

@@ -28,8 +28,9 @@ impl Check<'_> {
         self.require(!(blends && method.has_kinks() && method.integrator == Integrator::Usl), "method.flip_share", || {
             "blends FLIP and PIC, which with linear functions and USL throws nearly empty nodes out; take musl or usf, or B-splines".into()
         });
-        let tolerance = method.mass_tolerance;
-        self.require((0.0..=1.0).contains(&tolerance), "method.mass_tolerance", || format!("is {}; must be 0 to 1", plain(tolerance)));
+        if let Some(tolerance) = method.mass_tolerance {
+            self.require((0.0..=1.0).contains(&tolerance), "method.mass_tolerance", || format!("is {}; must be 0 to 1", plain(tolerance)));
+        }
         self.mass();
         self.affine();
         self.quadrature();
