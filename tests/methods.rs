@@ -138,12 +138,19 @@ fn threads_and_snapshots_do_not_change_a_bit() {
 #[test]
 fn plane_strain_is_a_slab_between_walls() {
     for (method, _) in METHODS {
-        // Elements must be whole. Which nodes are nearly empty depends on how heavy the particles are. Forces from Gauss points over masses
-        // from particles are not the same for all nodes across the slab.
+        // Elements must be whole. Forces from Gauss points over masses from particles are not the same for all nodes across the slab.
         let mixed = method.contains("quadrature") && !method.contains("force_and_velocity");
-        if mixed || ["lagrange", "serendipity", "mass_tolerance"].iter().any(|word| method.contains(word)) {
+        if mixed || ["lagrange", "serendipity"].iter().any(|word| method.contains(word)) {
             continue;
         }
+        // Which nodes are nearly empty depends on how heavy the particles are: with none, plane and slab are the same.
+        let method = &if method.contains("consistent") && !method.contains("mass_tolerance") {
+            format!("{method}, mass_tolerance = 0.01")
+        } else if method.contains("consistent") {
+            continue;
+        } else {
+            (*method).to_owned()
+        };
         let run = |slab: bool| {
             let z = |text: &'static str| if slab { text } else { "" };
             let text = format!(

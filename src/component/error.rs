@@ -10,7 +10,7 @@ pub enum StepError {
         step: f64,
     },
     /// The stable step has become too short to move time.
-    #[error("at t = {time} s the stable step has shrunk to {stable:.3e} s; something is much too fast or too stiff")]
+    #[error("at t = {time:.6} s the stable step has shrunk to {stable:.3e} s; something is much too fast or too stiff")]
     Unstable {
         /// Time \[s\].
         time: f64,
@@ -18,7 +18,7 @@ pub enum StepError {
         stable: f64,
     },
     /// A load is not a finite number.
-    #[error("at t = {time} s load `{load}` is not finite")]
+    #[error("at t = {time:.6} s load `{load}` is not finite")]
     BadLoad {
         /// Time \[s\].
         time: f64,
@@ -26,7 +26,9 @@ pub enum StepError {
         load: String,
     },
     /// A particle was turned inside out.
-    #[error("at t = {time} s particle {particle} at {position:?} m was inverted (det F = {det:.3e}); take a smaller step or a finer grid")]
+    #[error(
+        "at t = {time:.6} s particle {particle} at {position:?} m was inverted (det F = {det:.3e}); take a smaller step or a finer grid"
+    )]
     Inverted {
         /// Time at the start of the failed substep \[s\].
         time: f64,
@@ -38,7 +40,7 @@ pub enum StepError {
         det: f64,
     },
     /// A position, velocity or stress is no longer a finite number.
-    #[error("at t = {time} s particle {particle} at {position:?} m is no longer finite; take a smaller step")]
+    #[error("at t = {time:.6} s particle {particle} at {position:?} m is no longer finite; take a smaller step")]
     NotFinite {
         /// Time at the start of the failed substep \[s\].
         time: f64,
@@ -48,7 +50,7 @@ pub enum StepError {
         position: Vec<f64>,
     },
     /// A particle left the grid.
-    #[error("at t = {time} s particle {particle} left the grid at {position:?} m; make the grid larger or hold the body")]
+    #[error("at t = {time:.6} s particle {particle} left the grid at {position:?} m; make the grid larger or hold the body")]
     LeftGrid {
         /// Time at the start of the failed substep \[s\].
         time: f64,
@@ -59,7 +61,7 @@ pub enum StepError {
     },
     /// A nodal mass turned negative under Lagrange elements.
     #[error(
-        "at t = {time} s the mass of the node at {position:?} m is {mass:.3e} kg: with Lagrange elements and lumped mass the method breaks \
+        "at t = {time:.6} s the mass of the node at {position:?} m is {mass:.3e} kg: with Lagrange elements and lumped mass the method breaks \
          down where a nodal mass turns negative; take another basis, or mass = \"consistent\""
     )]
     NegativeMass {
@@ -72,7 +74,7 @@ pub enum StepError {
     },
     /// The solver of the mass matrix did not reach its residual.
     #[error(
-        "at t = {time} s the mass matrix was not solved: relative residual {residual:.1e} after {iterations} iterations; take \
+        "at t = {time:.6} s the mass matrix was not solved: relative residual {residual:.1e} after {iterations} iterations; take \
          mass_solver = \"pcg\", a larger mass_tolerance or a larger mass_residual"
     )]
     NoConvergence {
@@ -85,7 +87,7 @@ pub enum StepError {
     },
     /// The domain of a particle outgrew its stencil.
     #[error(
-        "at t = {time} s the domain of particle {particle} at {position:?} m is {length:.3e} m long along an axis, more than two cells; take \
+        "at t = {time:.6} s the domain of particle {particle} at {position:?} m is {length:.3e} m long along an axis, more than two cells; take \
          domain = \"uniform\", more particles, or another basis"
     )]
     WideDomain {
@@ -100,7 +102,7 @@ pub enum StepError {
     },
     /// The particles of a body no longer stand in rows, or left a gap of more than a cell between them.
     #[error(
-        "at t = {time} s stresses cannot be reconstructed at {position:?} m: {reason}; take quadrature = \"least_squares\" or \"particles\""
+        "at t = {time:.6} s stresses cannot be reconstructed at {position:?} m: {reason}; take quadrature = \"least_squares\" or \"particles\""
     )]
     NoReconstruction {
         /// Time at the start of the failed substep \[s\].
@@ -111,7 +113,7 @@ pub enum StepError {
         reason: String,
     },
     /// The stress-free thickness of plane stress was not found.
-    #[error("at t = {time} s no stress-free thickness was found for particle {particle} at {position:?} m; the material is crushed")]
+    #[error("at t = {time:.6} s no stress-free thickness was found for particle {particle} at {position:?} m; the material is crushed")]
     NoThickness {
         /// Time at the start of the failed substep \[s\].
         time: f64,

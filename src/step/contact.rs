@@ -19,6 +19,9 @@ impl Stepper {
                     continue;
                 }
                 let Some(normal) = self.normal(model, a, b) else { continue };
+                if kick.is_some_and(|kick| !self.approached(a, b, normal, kick)) {
+                    continue;
+                }
                 let impulse = impulse(&self.grid.momentum[a], &self.grid.momentum[b], normal, friction);
                 for (index, mass, sign) in [(a, m, -1.0), (b, n, 1.0)] {
                     for lane in 0..3 {
@@ -29,6 +32,13 @@ impl Stepper {
             }
         }
         self.grid.encounters = encounters;
+    }
+
+    /// Whether two nodes came closer before the kick. An impulse does work with the mean of the velocities before and after it: between nodes
+    /// that part and are only pushed back by the kick it would add energy (two bars head-on: up to 47 %, in proportion to the step).
+    fn approached(&self, a: usize, b: usize, normal: [f64; 3], kick: f64) -> bool {
+        let before = |i: usize, k: usize| self.grid.momentum[i][1 + k] - kick * self.grid.force[i][1 + k];
+        (0..3).map(|k| (before(a, k) - before(b, k)) * normal[k]).sum::<f64>() > 0.0
     }
 
     /// Changes a velocity. A held one stays, and its boundary takes the impulse.

@@ -262,8 +262,6 @@ mod tests {
             r#"basis = "lagrange", mass = "consistent""#,
             r#"mass = "consistent""#,
             r#"mass = "consistent", integrator = "usl""#,
-            r#"mass = "consistent", balance_mass = "lumped""#,
-            r#"mass = "lumped", balance_mass = "consistent""#,
             r#"mass = "fmpm", fmpm_order = 4"#,
             r#"quadrature = "splines""#,
             r#"quadrature = "least_squares""#,
@@ -286,6 +284,15 @@ mod tests {
         {
             assert!(growth(degree, integrator, transfer, 0.98) < 2.0, "degree {degree} {integrator} {transfer}");
         }
+    }
+
+    #[test]
+    fn two_mass_matrices_grow_slowly() {
+        // forces and projection do not belong together then: there is no energy that the step keeps, and the estimate is no sharp limit
+        let method = r#"mass = "consistent", balance_mass = "lumped""#;
+        let [usual, near] = [0.4, 0.9].map(|share| growth_of(method, share));
+        println!("{method}: energy x {usual:.2} at 0.4, x {near:.2} at 0.9 of the stable step over 400 steps");
+        assert!(usual < 1.5 && near > 10.0, "{usual} {near}");
     }
 
     /// Stable step over h / c as a body slides through a cell: at its start, and the smallest.

@@ -109,6 +109,10 @@ impl Check<'_> {
         let friction = contact.friction;
         self.require(friction >= 0.0 && friction.is_finite(), "contact.friction", || format!("is {}; must be 0 or more", plain(friction)));
         let bodies = self.scene.body.len();
+        let negative = matches!(self.scene.method.basis, Basis::Lagrange | Basis::Serendipity);
+        self.require(!negative, "contact", || {
+            "exchanges momentum by nodal masses, which Lagrange and serendipity elements can have negative; take another basis".into()
+        });
         self.require(bodies > 1, "contact", || format!("needs two bodies or more, and there is {bodies}; leave it out"));
     }
 
