@@ -29,14 +29,14 @@ struct Method {
 const LINEAR: Method = Method { key: "linear", name: "linear", toml: r#"basis = "linear""#, color: 0 };
 /// Chapter 6.
 const BSPLINE: Method = Method { key: "bspline", name: "quadratic B-splines", toml: r#"basis = "bspline""#, color: 1 };
-/// Chapter 7 for the bar: force and velocity integrated over splines, consistent mass in the projection of velocities.
+/// Chapter 7 for the bar: force and velocity integrated over splines, consistent mass. The thesis names it for the projection of
+/// velocities and does not say which mass the balance of momentum has; its errors say consistent (see T1).
 const SPLINE_BAR: Method = Method {
     key: "spline",
     name: "spline-based",
     toml: r#"
         basis = "bspline"
         mass = "consistent"
-        balance_mass = "lumped"
         quadrature = "splines"
         quadrature_of = "force_and_velocity""#,
     color: 2,
@@ -46,7 +46,10 @@ const SPLINE_COLUMN: Method =
     Method { key: "spline", name: "spline-based", toml: "basis = \"bspline\"\nquadrature = \"splines\"", color: 2 };
 /// Chapter 5.2: quadratic Lagrange elements; negative functions leave only the consistent mass.
 const LAGRANGE: Method =
-    Method { key: "lagrange", name: "quadratic Lagrange", toml: "basis = \"lagrange\"\nmass = \"consistent\"", color: 3 };
+    Method { key: "lagrange", name: "quadratic Lagrange, consistent mass", toml: "basis = \"lagrange\"\nmass = \"consistent\"", color: 3 };
+/// The same with the mass that all other methods of the thesis have.
+const LAGRANGE_LUMPED: Method =
+    Method { key: "lagrange lumped", name: "quadratic Lagrange, lumped mass", toml: "basis = \"lagrange\"", color: 4 };
 
 /// The methods that the bar (T1, T2) is solved with, in the order of the chapters.
 const BAR: [&Method; 3] = [&LINEAR, &BSPLINE, &SPLINE_BAR];
