@@ -220,12 +220,18 @@ fn findings(runs: &Runs) -> Vec<Finding> {
                 ))
             },
         ),
-        Finding::judge("none", "The spline-based method: the position within 0.1 % of its way, B-splines at least 4 times further off.", true, || {
-            let [plain, spline] = [&BSPLINE, &SPLINE_COLUMN].map(|m| motion_errors(runs, m, 0.0..=END));
-            let (plain, spline) = (plain?[0], spline?[0]);
-            let seen = format!("RMS error {} of the way, with B-splines {}: {}.", percent(spline), percent(plain), times(plain / spline));
-            Some((seen, spline <= 1e-3 && plain >= 4.0 * spline))
-        }),
+        Finding::judge(
+            "none",
+            "The spline-based method: the position within 0.1 % of its way, B-splines at least 4 times further off.",
+            true,
+            || {
+                let [plain, spline] = [&BSPLINE, &SPLINE_COLUMN].map(|m| motion_errors(runs, m, 0.0..=END));
+                let (plain, spline) = (plain?[0], spline?[0]);
+                let seen =
+                    format!("RMS error {} of the way, with B-splines {}: {}.", percent(spline), percent(plain), times(plain / spline));
+                Some((seen, spline <= 1e-3 && plain >= 4.0 * spline))
+            },
+        ),
         Finding::judge(
             "text of section 7.2.4",
             "A consistent mass leads to unrealistically high velocities where entries of the mass matrix approach zero.",
