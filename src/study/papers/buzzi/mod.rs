@@ -70,7 +70,10 @@ fn swing(run: &Run) -> Option<f64> {
 /// Velocity and displacement of the centre of mass by several runs, with what is known.
 fn motion(title: &str, runs: &Runs, cases: &[(String, String)], exact: Known, end: f64) -> Chart {
     let panel = |name: &'static str, unit, column: usize| {
-        let curves = cases.iter().filter_map(|(job, label)| Some(Series::new(label, Style::Line, runs.get(job)?.curve(name))));
+        let curves = cases.iter().filter_map(|(job, label)| {
+            let points = runs.get(job)?.curve(name).into_iter().filter(|p| p[0] <= end * (1.0 + 1e-9));
+            Some(Series::new(label, Style::Line, points))
+        });
         let exact = Series::new("exact", Style::Reference, known(0.0, end, 1000, |t| exact(t)[column]));
         Panel { y: Axis::new(name, unit), series: curves.chain([exact]).collect() }
     };
