@@ -213,9 +213,15 @@ fn figures(effort: Effort, runs: &Runs) -> Vec<Figure> {
         [("kinetic", "kinetic energy"), ("strain", "stored energy"), ("energy", "total energy")].map(panel)
     };
     let time = || Axis::new("time", "s");
-    let distance = cases(effort)
-        .into_iter()
-        .filter_map(|case| Some(Series::new(case.label(), Style::Line, runs.get(&case.name())?.curve("distance"))));
+    let distance = |size: usize| {
+        let own = cases(effort).into_iter().filter(|case| case.size == size);
+        let curve = |case: Case| {
+            let label = format!("{}, {}", BASES[case.basis].1, CONTACTS[case.contact].1);
+            let color = 2 * case.basis + case.contact;
+            Some(Series::new(label, Style::Line, runs.get(&case.name())?.curve("distance")).color(color))
+        };
+        Panel { y: Axis::new(format!("{} particles: distance", SIZES[size].1), "m"), series: own.filter_map(curve).collect() }
+    };
     vec![
         cloud(runs, "b3-gimp", "Figures 26 (during the impact) and 27 (after it): GIMP, 24 particles a disk", case(1, 0, 0)),
         cloud(runs, "b3-mpm", "Figures 29 (during the impact) and 30 (after it): MPM, 24 particles a disk", case(0, 0, 0)),
@@ -229,7 +235,7 @@ fn figures(effort: Effort, runs: &Runs) -> Vec<Figure> {
         chart(
             "b3-distance",
             "Not in the paper: distance of the centres of mass, with one velocity field and with a field a disk",
-            Chart::new("B3: distance of the centres", time(), Axis::new("distance", "m"), distance),
+            Chart::stacked("B3: distance of the centres", time(), [0, 1].map(distance)),
         ),
     ]
 }
