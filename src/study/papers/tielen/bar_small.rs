@@ -1,13 +1,10 @@
 //! T1: a bar fixed at both ends, set swinging in its first mode; no particle leaves its cell.
 
 use super::reference::small_bar;
-use super::{BAR, BSPLINE, LAGRANGE, LAGRANGE_LUMPED, LINEAR, Method, PROFILE, Profile, SPLINE_BAR};
+use super::{BAR, BSPLINE, LINEAR, Method, PROFILE, Profile, SPLINE_BAR, quadratic};
 use super::{chart, curve_error, curves, known, largest, middle, percent, rms, stresses, times};
-use crate::step::Wrong;
 use crate::study::papers::Effort;
-use crate::study::report::number;
-use crate::study::runner::End;
-use crate::study::{Axis, Cell, Chart, Figure, Finding, Job, Panel, Runs, Section, Series, Style, Table, value};
+use crate::study::{Axis, Cell, Chart, Figure, Finding, Job, Panel, Runs, Section, Series, Style, Table};
 
 /// End of the runs of the tables \[s\].
 const TABLE_TIME: f64 = 0.02;
@@ -95,14 +92,10 @@ fn curve_job(method: &Method) -> String {
     format!("T1/{}/curve", method.key)
 }
 
-fn coarse_job(method: &Method) -> String {
-    format!("T1/{}/4 elements", method.key)
-}
-
 /// The particle left of the middle \[m\].
 const PLACE: f64 = 12.5 - 25.0 / 256.0;
 
-fn scene(method: &Method, cells: usize, particles: usize, end: f64, step: f64) -> String {
+pub(super) fn scene(method: &Method, cells: usize, particles: usize, end: f64, step: f64) -> String {
     format!(
         r#"
         title = "Tielen 2016, vibrating bar, small deformations"
@@ -128,29 +121,8 @@ fn scene(method: &Method, cells: usize, particles: usize, end: f64, step: f64) -
     )
 }
 
-/// A bar with a free end that moves into an empty element: there the function of the last node is negative.
-fn free_end(effort: Effort) -> String {
-    let scene = scene(&LAGRANGE_LUMPED, 8, 16, FREE_END, curve_step(effort));
-    scene.replace("max = [25]", "max = [18.75]").replace("velocity = [\"0.1*sin(PI*x/25)\"]", "velocity = [\"sin(PI*x/37.5)\"]")
-}
-
-/// End of those runs \[s\]: the bar is longest then.
-const FREE_END: f64 = 2.0;
-
-fn free_job(wrong: bool) -> String {
-    format!("{}, free end{}", coarse_job(&LAGRANGE_LUMPED), if wrong { ", negative mass used" } else { "" })
-}
-
-/// As [`coarse_job`], 3.125 times as fast: as many particles leave their element as with the 100 of the thesis.
-fn crossing_job(method: &Method) -> String {
-    format!("{}, particles cross", coarse_job(method))
-}
-
-/// Share of 100 particles that an element of ours has.
-const FASTER: f64 = 3.125;
-
 /// Step of the curves \[s\].
-fn curve_step(effort: Effort) -> f64 {
+pub(super) fn curve_step(effort: Effort) -> f64 {
     effort.pick(1e-4, STEP)
 }
 
@@ -175,18 +147,7 @@ pub(super) fn jobs(effort: Effort) -> Vec<Job> {
         let scene = scene(&LUMPED_BALANCE, cells, 4, TABLE_TIME, STEP);
         jobs.push(Job::new(error_job(&LUMPED_BALANCE, cells, 4), scene).snapshot(TABLE_TIME, ["error/displacement"]));
     }
-    // an element of the quadratic family spans two cells of the grid; a cell holds at most 16 particles along an axis
-    let step = curve_step(effort);
-    for (method, cells) in [(&LINEAR, 4), (&LAGRANGE, 8), (&LAGRANGE_LUMPED, 8)] {
-        let scene = scene(method, cells, 16, 0.5, step);
-        if method.key != LINEAR.key {
-            let faster = scene.replace("velocity = [\"0.1*", &format!("velocity = [\"{}*", 0.1 * FASTER));
-            jobs.push(Job::new(crossing_job(method), faster).snapshot(0.5, PROFILE));
-        }
-        jobs.push(Job::new(coarse_job(method), scene).snapshot(0.5, PROFILE));
-    }
-    let free = |wrong| Job::new(free_job(wrong), free_end(effort)).every(0.01).watch("energy", value("energy/total", 0));
-    jobs.extend([free(false), free(true).wrong(Wrong::NegativeMass)]);
+    jobs.extend(quadratic::jobs(effort));
     jobs
 }
 
@@ -269,11 +230,6 @@ fn figures(effort: Effort, runs: &Runs) -> Vec<Figure> {
         Style::Reference,
         known(0.0, 25.0, 200, |x| small_bar(x, 0.5)[2]),
     )]);
-    let displacement = [&LINEAR, &LAGRANGE, &LAGRANGE_LUMPED].into_iter().filter_map(|m| {
-        let profile = Profile::of(runs.get(&coarse_job(m))?, 0.5)?;
-        Some(Series::new(m.name, Style::Line, profile.start.iter().zip(&profile.displacement).map(|(&x, &u)| [x, u])).color(m.color))
-    });
-    let shape = Series::new("equation (4.1)", Style::Reference, known(0.0, 25.0, 200, |x| small_bar(x, 0.5)[0]));
     vec![
         chart(
             "t1-convergence",
@@ -297,16 +253,7 @@ fn figures(effort: Effort, runs: &Runs) -> Vec<Figure> {
             "Figures 5.6, 6.5, 7.7: stress over the bar at 0.5 s, 32 cells, 4 particles a cell",
             Chart::new("T1: stress at t = 0.5 s, 32 cells", Axis::new("position at time 0", "m"), Axis::new("stress", "Pa"), stress),
         ),
-        chart(
-            "t1-lagrange",
-            "Figures 5.24, 5.25: displacement at 0.5 s with 4 elements (the text has 100 particles in each, the captions 4; ours have 16 with linear, 32 with quadratic functions)",
-            Chart::new(
-                "T1: displacement at t = 0.5 s, 4 elements",
-                Axis::new("position at time 0", "m"),
-                Axis::new("displacement", "m"),
-                displacement.chain([shape]),
-            ),
-        ),
+        quadratic::figure(runs),
     ]
 }
 
@@ -412,7 +359,7 @@ fn findings(effort: Effort, runs: &Runs) -> Vec<Finding> {
             Some((seen, both <= thesis))
         }),
     ];
-    all.extend(quadratic(runs));
+    all.extend(quadratic::findings(runs));
     if effort == Effort::Full {
         all.push(Finding::judge("6.3, 6.4", "B-splines: hardly a difference, but the velocity deviates a little between 1.5 and 2.5 s, which it does not with linear functions.", true, || {
             let (linear, spline) = (velocity_error(runs, &LINEAR, 1.5, 2.5)?, velocity_error(runs, &BSPLINE, 1.5, 2.5)?);
@@ -431,58 +378,4 @@ fn findings(effort: Effort, runs: &Runs) -> Vec<Finding> {
         }
     }
     all
-}
-
-/// RMS error of the displacement at 0.5 s with 4 elements \[m\], and the same of the bar that is faster, over how much faster it is.
-fn coarse_error(runs: &Runs, method: &Method, faster: bool) -> Option<f64> {
-    let (job, factor) = if faster { (crossing_job(method), FASTER) } else { (coarse_job(method), 1.0) };
-    let profile = Profile::of(runs.done(&job)?, 0.5)?;
-    Some(rms(profile.start.iter().zip(&profile.displacement).map(|(&x, &u)| u / factor - small_bar(x, 0.5)[0])))
-}
-
-/// Section 5.2 of the thesis.
-fn quadratic(runs: &Runs) -> Vec<Finding> {
-    let further = |method: &Method| {
-        let (linear, quadratic) = (coarse_error(runs, &LINEAR, false)?, coarse_error(runs, method, false)?);
-        let seen = format!(
-            "RMS error of the displacement at 0.5 s: quadratic {} m, linear {} m. Where particles leave their element, which 100 in each would do \
-             and ours do at {FASTER} times the speed, it is {} m (over that factor).",
-            number(quadratic),
-            number(linear),
-            number(coarse_error(runs, method, true)?)
-        );
-        Some((seen, quadratic > linear))
-    };
-    vec![
-        Finding::judge(
-            "5.24, 5.25",
-            "Linear functions differ less from the solution than quadratic Lagrange functions (lumped mass).",
-            false,
-            || further(&LAGRANGE_LUMPED),
-        ),
-        Finding::judge("5.24, 5.25", "The same with the consistent mass.", false, || further(&LAGRANGE)),
-        Finding::judge(
-            "text of section 5.2",
-            "Lagrange functions are negative in places, so lumped masses may be: then lumping cannot be applied.",
-            true,
-            || {
-                let End::Failed(reason) = &runs.get(&free_job(false))?.end else { return Some(("It runs.".into(), false)) };
-                let seen = format!("It can while all elements are full. A free end that moves into an empty one ends the run: {reason}.");
-                Some((seen, reason.contains("negative")))
-            },
-        ),
-        Finding::judge("text of section 5.2", "Negative entries of the mass might make the scheme unstable.", false, || {
-            let run = runs.get(&free_job(true))?;
-            let energy = run.samples("energy");
-            let (first, last) = (energy.first()?, energy.last()?);
-            let seen = match &run.end {
-                End::Failed(reason) => format!("Used all the same, they end the run after {} s: {reason}.", number(*run.times.last()?)),
-                _ => format!(
-                    "Used all the same in that bar, the one negative mass does not: the energy changes by {} in {FREE_END} s.",
-                    percent(last / first - 1.0)
-                ),
-            };
-            Some((seen, !run.is_done() || last / first > 1.1))
-        }),
-    ]
 }

@@ -1,12 +1,13 @@
 //! R. Tielen, High order material point method, master thesis, TU Delft 2016: a bar and a column in one dimension.
 //!
-//! [`bar_small`] is T1 (sections 5.1.1, 5.2, 6.2.1, 7.2.1), [`bar_large`] T2 (5.1.2, 6.2.2, 7.2.2), [`column_small`] T3 (5.1.3, 6.2.3,
+//! [`bar_small`] and [`quadratic`] are T1 (sections 5.1.1, 5.2, 6.2.1, 7.2.1), [`bar_large`] T2 (5.1.2, 6.2.2, 7.2.2), [`column_small`] T3 (5.1.3, 6.2.3,
 //! 7.2.3), [`column_large`] T4 (5.1.4, 6.2.4, 7.2.4) and [`shock`] T5 (chapter 8).
 
 mod bar_large;
 mod bar_small;
 mod column_large;
 mod column_small;
+mod quadratic;
 mod reference;
 mod shock;
 
