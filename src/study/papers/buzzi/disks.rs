@@ -298,10 +298,17 @@ fn findings(effort: Effort, runs: &Runs) -> Vec<Finding> {
             );
             Some((seen, off(gimp) < off(mpm)))
         }),
-        Finding::judge("33, 34", "More particles and cells dissipate less energy.", true, || {
-            let (coarse, fine) = (lost(run(1, 0, 0)?)?, lost(run(1, 1, 0)?)?);
-            let seen = format!("GIMP loses {} of the energy with 24 particles a disk and {} with 392.", percent(coarse), percent(fine));
-            Some((seen, fine.abs() < coarse.abs()))
+        Finding::judge("33, 34", "More particles and cells conserve the energy better.", true, || {
+            let (coarse, fine) = (run(1, 0, 0)?, run(1, 1, 0)?);
+            let (few, many) = (super::drift(coarse)?, super::drift(fine)?);
+            let seen = format!(
+                "GIMP: the total energy changes by {} with 24 particles a disk and by {} with 392; the disks part with {} and {} of their speed.",
+                percent(few),
+                percent(many),
+                percent(rebound(coarse)?),
+                percent(rebound(fine)?)
+            );
+            Some((seen, many.abs() < few.abs()))
         }),
         Finding::judge("none", "With a velocity field for each disk they part as well.", true, || {
             let list: Vec<(String, f64)> = cases(effort)
