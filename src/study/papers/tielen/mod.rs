@@ -1,17 +1,19 @@
 //! R. Tielen, High order material point method, master thesis, TU Delft 2016: a bar and a column in one dimension.
 //!
-//! [`bar_small`] is T1 (sections 5.1.1, 5.2, 6.2.1, 7.2.1), [`bar_large`] T2 (5.1.2, 6.2.2, 7.2.2), [`column_small`] T3 (5.1.3, 6.2.3,
+//! [`bar_small`] and [`quadratic`] are T1 (sections 5.1.1, 5.2, 6.2.1, 7.2.1), [`bar_large`] T2 (5.1.2, 6.2.2, 7.2.2), [`column_small`] T3 (5.1.3, 6.2.3,
 //! 7.2.3), [`column_large`] T4 (5.1.4, 6.2.4, 7.2.4) and [`shock`] T5 (chapter 8).
 
 mod bar_large;
 mod bar_small;
 mod column_large;
 mod column_small;
+mod quadratic;
 mod reference;
 mod shock;
 
+use super::tools::{chart, curve_error, energies, known, largest, lost, percent, rms, times};
 use super::{Effort, Problem};
-use crate::study::{Chart, Drawing, Figure, Job, Run, Runs, Section, Series, Style, value};
+use crate::study::{Job, Run, Runs, Section, Series, Style, value};
 
 /// A method of the thesis.
 struct Method {
@@ -29,14 +31,14 @@ struct Method {
 const LINEAR: Method = Method { key: "linear", name: "linear", toml: r#"basis = "linear""#, color: 0 };
 /// Chapter 6.
 const BSPLINE: Method = Method { key: "bspline", name: "quadratic B-splines", toml: r#"basis = "bspline""#, color: 1 };
-/// Chapter 7 for the bar: force and velocity integrated over splines, consistent mass in the projection of velocities.
+/// Chapter 7 for the bar: force and velocity integrated over splines, consistent mass. The thesis names it for the projection of
+/// velocities and does not say which mass the balance of momentum has; its errors say consistent (see T1).
 const SPLINE_BAR: Method = Method {
     key: "spline",
     name: "spline-based",
     toml: r#"
         basis = "bspline"
         mass = "consistent"
-        balance_mass = "lumped"
         quadrature = "splines"
         quadrature_of = "force_and_velocity""#,
     color: 2,
@@ -46,7 +48,10 @@ const SPLINE_COLUMN: Method =
     Method { key: "spline", name: "spline-based", toml: "basis = \"bspline\"\nquadrature = \"splines\"", color: 2 };
 /// Chapter 5.2: quadratic Lagrange elements; negative functions leave only the consistent mass.
 const LAGRANGE: Method =
-    Method { key: "lagrange", name: "quadratic Lagrange", toml: "basis = \"lagrange\"\nmass = \"consistent\"", color: 3 };
+    Method { key: "lagrange", name: "quadratic Lagrange, consistent mass", toml: "basis = \"lagrange\"\nmass = \"consistent\"", color: 3 };
+/// The same with the mass that all other methods of the thesis have.
+const LAGRANGE_LUMPED: Method =
+    Method { key: "lagrange lumped", name: "quadratic Lagrange, lumped mass", toml: "basis = \"lagrange\"", color: 4 };
 
 /// The methods that the bar (T1, T2) is solved with, in the order of the chapters.
 const BAR: [&Method; 3] = [&LINEAR, &BSPLINE, &SPLINE_BAR];
@@ -101,38 +106,6 @@ fn middle(job: Job) -> Job {
     job.watch("position", value("probe/middle/position", 0)).watch("velocity", value("probe/middle/velocity", 0))
 }
 
-/// Watches the kinetic and the total energy.
-fn energies(job: Job) -> Job {
-    job.watch("kinetic", value("energy/kinetic", 0)).watch("energy", value("energy/total", 0))
-}
-
-/// Energy lost over a run, over the largest kinetic energy in it.
-fn lost(run: &Run) -> Option<f64> {
-    let energy = run.samples("energy");
-    Some((energy.first()? - energy.last()?) / largest(run.samples("kinetic").iter().copied()))
-}
-
-/// A figure that is a chart.
-fn chart(name: &str, caption: &str, chart: Chart) -> Figure {
-    Figure { name: name.into(), caption: caption.into(), drawing: Drawing::Chart(chart) }
-}
-
-/// Root of the mean square.
-fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
-    let (sum, count) = values.into_iter().fold((0.0, 0usize), |(sum, count), v| (sum + v * v, count + 1));
-    (sum / count as f64).sqrt()
-}
-
-/// Largest magnitude.
-fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
-    values.into_iter().fold(0.0, |most, v| most.max(v.abs()))
-}
-
-/// RMS of a sampled curve less a known one, over the times in a range \[s\].
-fn curve_error(run: &Run, name: &str, times: std::ops::RangeInclusive<f64>, exact: impl Fn(f64) -> f64) -> f64 {
-    rms(run.curve(name).into_iter().filter(|[t, _]| times.contains(t)).map(|[t, v]| v - exact(t)))
-}
-
 /// The sampled curve of each method.
 fn curves<'a>(
     runs: &'a Runs,
@@ -154,22 +127,4 @@ fn stresses<'a>(
         let profile = Profile::of(runs.get(&job(m))?, time)?;
         Some(Series::new(m.name, Style::Joined, profile.stress_points()).color(m.color))
     })
-}
-
-/// A known curve at `count + 1` points from `low` to `high`.
-fn known(low: f64, high: f64, count: usize, exact: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
-    (0..=count).map(|k| low + (high - low) * k as f64 / count as f64).map(|x| [x, exact(x)]).collect()
-}
-
-/// `0.42 %`: three digits.
-fn percent(share: f64) -> String {
-    let value = 100.0 * share;
-    let decimals = if value == 0.0 { 0 } else { (2 - value.abs().log10().floor() as i32).clamp(0, 6) as usize };
-    format!("{value:.decimals$} %")
-}
-
-/// Factor between two numbers, two digits.
-fn times(factor: f64) -> String {
-    let decimals = if factor >= 10.0 { 0 } else { 1 };
-    format!("{factor:.decimals$} times")
 }

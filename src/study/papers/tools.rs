@@ -1,0 +1,53 @@
+//! What the problems of all papers share: norms, charts, numbers in sentences.
+
+use crate::study::{Chart, Drawing, Figure, Job, Run, value};
+
+/// Watches the kinetic, the stored and the total energy.
+pub(super) fn energies(job: Job) -> Job {
+    job.watch("kinetic", value("energy/kinetic", 0)).watch("strain", value("energy/strain", 0)).watch("energy", value("energy/total", 0))
+}
+
+/// Energy lost over a run, over the largest kinetic energy in it.
+pub(super) fn lost(run: &Run) -> Option<f64> {
+    let energy = run.samples("energy");
+    Some((energy.first()? - energy.last()?) / largest(run.samples("kinetic").iter().copied()))
+}
+
+/// A figure that is a chart.
+pub(super) fn chart(name: &str, caption: &str, chart: Chart) -> Figure {
+    Figure { name: name.into(), caption: caption.into(), drawing: Drawing::Chart(chart) }
+}
+
+/// Root of the mean square.
+pub(super) fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (sum, count) = values.into_iter().fold((0.0, 0usize), |(sum, count), v| (sum + v * v, count + 1));
+    (sum / count as f64).sqrt()
+}
+
+/// Largest magnitude.
+pub(super) fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().fold(0.0, |most, v| most.max(v.abs()))
+}
+
+/// RMS of a sampled curve less a known one, over the times in a range \[s\].
+pub(super) fn curve_error(run: &Run, name: &str, times: std::ops::RangeInclusive<f64>, exact: impl Fn(f64) -> f64) -> f64 {
+    rms(run.curve(name).into_iter().filter(|[t, _]| times.contains(t)).map(|[t, v]| v - exact(t)))
+}
+
+/// A known curve at `count + 1` points from `low` to `high`.
+pub(super) fn known(low: f64, high: f64, count: usize, exact: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
+    (0..=count).map(|k| low + (high - low) * k as f64 / count as f64).map(|x| [x, exact(x)]).collect()
+}
+
+/// `0.42 %`: three digits.
+pub(super) fn percent(share: f64) -> String {
+    let value = 100.0 * share;
+    let decimals = if value == 0.0 { 0 } else { (2 - value.abs().log10().floor() as i32).clamp(0, 6) as usize };
+    format!("{value:.decimals$} %")
+}
+
+/// Factor between two numbers, two digits.
+pub(super) fn times(factor: f64) -> String {
+    let decimals = if factor >= 10.0 { 0 } else { 1 };
+    format!("{factor:.decimals$} times")
+}
