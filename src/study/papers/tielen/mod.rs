@@ -113,18 +113,18 @@ fn lost(run: &Run) -> Option<f64> {
 }
 
 /// A figure that is a chart.
-fn chart(name: &str, caption: &str, chart: Chart) -> Figure {
+pub(super) fn chart(name: &str, caption: &str, chart: Chart) -> Figure {
     Figure { name: name.into(), caption: caption.into(), drawing: Drawing::Chart(chart) }
 }
 
 /// Root of the mean square.
-fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
+pub(super) fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
     let (sum, count) = values.into_iter().fold((0.0, 0usize), |(sum, count), v| (sum + v * v, count + 1));
     (sum / count as f64).sqrt()
 }
 
 /// Largest magnitude.
-fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
+pub(super) fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().fold(0.0, |most, v| most.max(v.abs()))
 }
 
@@ -162,14 +162,14 @@ fn known(low: f64, high: f64, count: usize, exact: impl Fn(f64) -> f64) -> Vec<[
 }
 
 /// `0.42 %`: three digits.
-fn percent(share: f64) -> String {
+pub(super) fn percent(share: f64) -> String {
     let value = 100.0 * share;
     let decimals = if value == 0.0 { 0 } else { (2 - value.abs().log10().floor() as i32).clamp(0, 6) as usize };
     format!("{value:.decimals$} %")
 }
 
 /// Factor between two numbers, two digits.
-fn times(factor: f64) -> String {
+pub(super) fn times(factor: f64) -> String {
     let decimals = if factor >= 10.0 { 0 } else { 1 };
     format!("{factor:.decimals$} times")
 }
