@@ -116,7 +116,7 @@ impl Case {
             .watch("momentum", value("momentum/linear", 1))
             .watch("left", value("boundary/left/reaction", 1))
             .watch("right", value("boundary/right/reaction", 1))
-            .snapshot(0.0, ["particle/position", "particle/body"])
+            .snapshot(0.0, ["particle/position", "particle/velocity"])
             .snapshot(END, STATE)
     }
 }
@@ -201,9 +201,9 @@ pub(super) fn jobs(effort: Effort) -> Vec<Job> {
         }
     }
     let jobs = cases.iter().map(|case| {
-        // every step where the impulse of the walls is summed up
-        let every = if case.step == STEP && case.reading.cells == 20 { STEP } else { 4.0 * STEP };
-        case.job(effort.pick(every.max(2.0 * STEP), every))
+        // every step where the impulse of the walls is summed up, and in the figures of energy
+        let all = case.meeting == Meeting::Apart(0.0) && case.step == STEP && case.reading == SMALL;
+        case.job(if all || effort == Effort::Full && case.reading == SMALL { STEP } else { 4.0 * STEP })
     });
     let bars = FIELDS.iter().flat_map(|e| BAR_CELLS.map(|cell| bars(e, cell)));
     jobs.chain(bars).collect()
@@ -269,7 +269,9 @@ pub(super) fn fall(run: &Run) -> Vec<[f64; 2]> {
 
 fn figures(runs: &Runs) -> Vec<Figure> {
     let one = |e: &'static Element| runs.get(&shared(e, SMALL).name());
-    let start = one(&LINEAR).and_then(|run| view("beam and box", run, 0.0, |run| Some(run.at(0.0, "particle/body")?.to_vec())));
+    let start = one(&LINEAR).and_then(|run| {
+        view("box and beam", run, 0.0, |run| Some(run.at(0.0, "particle/velocity")?.chunks_exact(2).map(|v| -v[1]).collect()))
+    });
     let energy = |element: &'static Element, number: &str| {
         let curve = |name: &str, color: usize, of: &str| Some(Series::new(name, Style::Line, one(element)?.curve(of)).color(color));
         let lines = |list: &[(&str, usize, &str)]| list.iter().filter_map(|&(n, c, of)| curve(n, c, of)).collect::<Vec<_>>();
@@ -303,7 +305,11 @@ fn figures(runs: &Runs) -> Vec<Figure> {
     let panel = |title: &str, series| Panel { y: Axis::new(title, "m"), series };
     let failed = PAPER.iter().filter(|e| e.key == LAGRANGE.key).map(|e| (*e, shared(e, SMALL).name()));
     vec![
-        cloud("a3-start", "Figure 13: beam and box at time 0", Cloud::new("A3: particles at time 0", Axis::new("body", ""), start)),
+        cloud(
+            "a3-start",
+            "Figure 13: beam and box at time 0",
+            Cloud::new("A3: particles at time 0", Axis::new("speed downwards", "m/s"), start),
+        ),
         energy(&LINEAR, "Figure 14"),
         energy(&SERENDIPITY, "Figure 15"),
         energy(&CUBIC, "Figure 16"),

@@ -11,6 +11,7 @@ mod rigid;
 
 use super::tielen::{chart, largest, percent, rms};
 use super::{Effort, Problem};
+use crate::study::runner::End;
 use crate::study::{Cloud, Drawing, Figure, Job, Run, Runs, Section, View, value};
 
 /// An element of the paper, or a basis of ours beside them.
@@ -97,6 +98,13 @@ fn view(title: impl Into<String>, run: &Run, time: f64, values: impl FnOnce(&Run
 fn each(elements: &[&Element], of: impl Fn(&Element) -> Option<f64>, text: impl Fn(f64) -> String) -> String {
     let words: Vec<String> = elements.iter().filter_map(|e| Some(format!("{} {}", e.name, text(of(e)?)))).collect();
     words.join(", ")
+}
+
+/// When a run stopped \[s\] because a nodal mass had turned negative.
+fn negative_mass(run: &Run) -> Option<f64> {
+    let End::Failed(reason) = &run.end else { return None };
+    let time = reason.strip_prefix("at t = ")?.split(' ').next()?;
+    time.parse().ok().filter(|_| reason.contains("negative"))
 }
 
 /// Two digits in powers of ten.
