@@ -76,6 +76,9 @@ pub(super) fn jobs(effort: Effort) -> Vec<Job> {
     jobs
 }
 
+/// Places or displacements of the particles.
+type Points = Vec<[f64; 2]>;
+
 fn less(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [a[0] - b[0], a[1] - b[1]]
 }
@@ -90,7 +93,7 @@ fn axis_deflections(start: &[[f64; 2]], moved: &[[f64; 2]]) -> Vec<[f64; 2]> {
 }
 
 /// Positions at time 0 and displacements at the end.
-fn last(run: &Run) -> Option<(Vec<[f64; 2]>, Vec<[f64; 2]>)> {
+fn last(run: &Run) -> Option<(Points, Points)> {
     let moved = places(run.at(END, "particle/displacement")?);
     let start = places(run.at(END, "particle/position")?).into_iter().zip(&moved).map(|(x, u)| less(x, *u)).collect();
     Some((start, moved))
