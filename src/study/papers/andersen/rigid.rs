@@ -81,15 +81,17 @@ struct Moves {
 fn moves<const N: usize>(functions: fn(f64, f64) -> [f64; N], per_axis: usize) -> Moves {
     let local = |k: usize| (2 * k + 1) as f64 / per_axis as f64 - 1.0;
     let particles: Vec<[f64; N]> = (0..per_axis * per_axis).map(|k| functions(local(k % per_axis), local(k / per_axis))).collect();
-    // mass and velocity of the particles are 1, so the momentum of a node is its mass
-    let mass: [f64; N] = std::array::from_fn(|i| particles.iter().map(|n| n[i]).sum());
+    // particles of mass 1 with one speed
+    let speed = 0.7;
+    let sum_of = |value: f64| -> [f64; N] { std::array::from_fn(|i| particles.iter().map(|n| value * n[i]).sum()) };
+    let (mass, momentum) = (sum_of(1.0), sum_of(speed));
     let range =
         |values: Vec<f64>| [values.iter().copied().fold(f64::INFINITY, f64::min), values.iter().copied().fold(f64::NEG_INFINITY, f64::max)];
     let sum = |n: &[f64; N], of: &dyn Fn(usize) -> f64| (0..N).map(|i| of(i) * n[i]).sum::<f64>();
     Moves {
         masses: range(mass.to_vec()),
-        algorithm: range(particles.iter().map(|n| sum(n, &|i| mass[i] / mass[i])).collect()),
-        printed: range(particles.iter().map(|n| sum(n, &|i| mass[i])).collect()),
+        algorithm: range(particles.iter().map(|n| sum(n, &|i| momentum[i] / mass[i]) / speed).collect()),
+        printed: range(particles.iter().map(|n| sum(n, &|i| momentum[i]) / speed).collect()),
     }
 }
 
