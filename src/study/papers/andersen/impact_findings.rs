@@ -127,7 +127,7 @@ pub(super) fn findings(effort: Effort, runs: &Runs) -> Vec<Finding> {
             let run = runs.get(&apart(&SERENDIPITY, SMALL, 0.0, STEP).name())?;
             let [.., most, _] = energy_range(run)?;
             let seen = format!(
-                "The bodies pass into each other: nodes with negative mass and missing nodes beside them give no normal. Deepest {:.2} m, energy \
+                "The bodies pass into each other, likely because nodes with negative mass and missing nodes beside them give no normal. Deepest {:.2} m, energy \
                  up to {most:.2} times that at the start{}.",
                 deepest(run),
                 if run.is_done() { "" } else { ", then the run breaks down" }

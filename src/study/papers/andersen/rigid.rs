@@ -159,7 +159,7 @@ fn findings(runs: &Runs) -> Vec<Finding> {
             let soft = off(runs.get(&name(&SERENDIPITY, SOFT))?)?;
             let seen = format!(
                 "With E = {STIFF} Pa in place of {SOFT} Pa round-off grows while the block moves from element to element, up to {} m{}; without \
-                 forces it is {} m, with 4-node elements {} m. Forces on negative masses push the wrong way.",
+                 forces it is {} m, with 4-node elements {} m. Likely because forces on negative masses push the wrong way.",
                 small(largest(run.samples("off").iter().copied())),
                 run.times.last().filter(|_| !run.is_done()).map_or(String::new(), |t| format!(" when a particle is inverted at {t:.2} s")),
                 small(soft),
