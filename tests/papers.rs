@@ -67,6 +67,19 @@ fn every_figure_of_the_caveats_has_a_chart_and_a_sentence() {
     has_chart_and_sentence("Buzzi et al. 2008", (9..=20).chain(23..=24).chain(26..=34).map(|n| n.to_string()), &[]);
 }
 
+/// Figures of results of Andersen and Andersen: 4 to 17.
+#[test]
+fn every_figure_of_the_beams_has_a_picture_and_a_sentence() {
+    let sections = || quick().sections.iter().filter(|s| s.title.contains("Andersen 2007"));
+    for number in (4..=17).map(|n: usize| n.to_string()) {
+        let is = |word: &str| word == number;
+        let words = |text: &str| text.split(|c: char| !c.is_ascii_alphanumeric()).any(is);
+        let heads = |text: &str| text.strip_prefix("Figure ").and_then(|t| t.split([':', ',']).next()).is_some_and(is);
+        assert!(sections().flat_map(|s| &s.figures).any(|f| heads(&f.caption)), "no picture shows figure {number}");
+        assert!(sections().flat_map(|s| &s.findings).any(|f| words(&f.figure)), "nothing is said of figure {number}");
+    }
+}
+
 #[test]
 fn pictures_and_tables_are_sound() {
     let text = quick().markdown();

@@ -3,6 +3,7 @@
 //! A paper is a module; a problem is a [`Problem`]: the jobs that it needs and the section that is written from their runs. All jobs of
 //! all problems are run together.
 
+mod andersen;
 mod buzzi;
 mod tielen;
 mod tools;
@@ -44,7 +45,7 @@ impl Effort {
 
 /// All problems, in the order of the report.
 pub fn problems() -> Vec<Problem> {
-    tielen::problems().into_iter().chain(buzzi::problems()).collect()
+    tielen::problems().into_iter().chain(andersen::problems()).chain(buzzi::problems()).collect()
 }
 
 /// Runs the problems whose short names are in `only` (all where it is empty) and writes of them.
