@@ -1,7 +1,7 @@
 //! `matpoint check`, `describe` and `schema`.
 
 use super::text::{bytes, grouped, pairs, si, table};
-use super::{Failure, load};
+use super::{Failure, load, warn};
 use crate::SceneArgs;
 use matpoint::component::{Causality, Description, Variable};
 use matpoint::scene::Scene;
@@ -10,6 +10,7 @@ use std::io::Write;
 /// Says that a scene is sound; what is not sound is an error.
 pub(crate) fn check(args: &SceneArgs) -> Result<(), Failure> {
     let sim = load(args)?;
+    warn(sim.scene());
     let description = sim.describe();
     let mut out = std::io::stdout().lock();
     writeln!(out, "{}: sound", args.scene.display())?;

@@ -12,7 +12,7 @@ pub(crate) use study::papers;
 use crate::SceneArgs;
 use matpoint::Simulation;
 use matpoint::record::{RecordError, RunError};
-use matpoint::scene::SceneError;
+use matpoint::scene::{Scene, SceneError};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -68,6 +68,14 @@ fn kept(files: &[PathBuf]) -> String {
     }
     let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
     format!("\nrecorded until then: {}", names.join(", "))
+}
+
+/// Says on standard error what can be simulated but is seldom wise.
+fn warn(scene: &Scene) {
+    for warning in matpoint::scene::check::warnings(scene) {
+        // Not `eprintln!`: that panics where stderr is closed.
+        let _ = std::io::Write::write_all(&mut std::io::stderr(), format!("warning: {warning}\n").as_bytes());
+    }
 }
 
 fn load(args: &SceneArgs) -> Result<Simulation, Failure> {

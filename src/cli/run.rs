@@ -1,7 +1,7 @@
 //! `matpoint run`.
 
 use super::text::{digits, duration, grouped, pairs, rate, si};
-use super::{Failure, load};
+use super::{Failure, load, warn};
 use crate::RunArgs;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use matpoint::Simulation;
@@ -21,6 +21,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
     }
     let mut sim = load(&args.scene)?;
+    warn(sim.scene());
     let until = args.until.unwrap_or(sim.scene().time.end);
     let mut watch = EnergyWatch::default();
     let particles = sim.describe().particles;
@@ -103,6 +104,10 @@ fn print(
         ("steps", format!("{}, the smallest {}", grouped(summary.substeps), si(summary.smallest_step, "s"))),
         ("wall time", format!("{}, {}", duration(wall), rate(particle_steps / wall))),
     ];
+    if summary.iterations > 0 {
+        let each = summary.iterations as f64 / summary.substeps as f64;
+        rows.push(("mass matrix", format!("{} iterations, {} a step", grouped(summary.iterations), digits(each))));
+    }
     let energies = ["kinetic", "strain", "external", "total"].map(|kind| {
         let name = format!("energy/{kind}");
         Ok::<String, ComponentError>(format!("{kind} {}", value(sim, &description, &name)?))

@@ -13,6 +13,8 @@ pub struct Summary {
     pub end: f64,
     /// Substeps taken.
     pub substeps: u64,
+    /// Iterations of the solver of the mass matrix; 0 with lumped mass.
+    pub iterations: u64,
     /// Smallest substep \[s\]; infinite where none was taken.
     pub smallest_step: f64,
     /// Particle frames offered to the sinks, the first one included.
@@ -52,7 +54,8 @@ pub fn run(sim: &mut Simulation, until: f64, sinks: &mut [&mut dyn Sink], progre
     for sink in sinks.iter_mut() {
         sink.begin(sim).map_err(RunError::Begin)?;
     }
-    let mut summary = Summary { start: sim.time(), end: sim.time(), substeps: 0, smallest_step: f64::INFINITY, frames: 0, rows: 0 };
+    let mut summary =
+        Summary { start: sim.time(), end: sim.time(), substeps: 0, iterations: 0, smallest_step: f64::INFINITY, frames: 0, rows: 0 };
     let outcome = step_and_record(sim, until, sinks, progress, &mut summary);
     // After a failure too: what was recorded so far stays valid. The first error is the one worth telling.
     let mut finished = Ok(());
@@ -92,6 +95,7 @@ fn step_and_record(
         let report = sim.step(next.time - sim.time())?;
         summary.end = report.time;
         summary.substeps += report.substeps;
+        summary.iterations += report.iterations;
         summary.smallest_step = summary.smallest_step.min(report.smallest_step);
         stop = next;
     }

@@ -267,6 +267,7 @@ fn marker(svg: &mut Svg, at: [f64; 2], style: Style, color: &str, count: usize) 
 fn outline(points: &[[f64; 2]]) -> String {
     let mut path = String::new();
     let mut drawing = false;
+    let mut last = [f64::NAN; 2];
     for [x, y] in points {
         // far outside is outside; numbers with many digits are not for a picture
         let y = y.clamp(-1e4, 1e4);
@@ -274,8 +275,12 @@ fn outline(points: &[[f64; 2]]) -> String {
             drawing = false;
             continue;
         }
+        // points that nobody can tell from the one before
+        if drawing && (x - last[0]).abs() < 0.4 && (y - last[1]).abs() < 0.4 {
+            continue;
+        }
         let _ = write!(path, "{}{x:.1} {y:.1}", if drawing { 'L' } else { 'M' });
-        drawing = true;
+        (drawing, last) = (true, [*x, y]);
     }
     path
 }

@@ -238,7 +238,7 @@ impl Section {
         self.tables.iter().for_each(|table| table.markdown(out));
         for figure in &self.figures {
             let Figure { name, caption, .. } = figure;
-            let _ = writeln!(out, "![{caption}]({pictures}/{name}.svg)\n\n*{caption}* ([numbers]({pictures}/{name}.csv))\n");
+            let _ = writeln!(out, "![{caption}]({pictures}/{name}.svg)\n\n*{caption}* (numbers: `{pictures}/{name}.csv`)\n");
         }
         if !self.failures.is_empty() {
             out.push_str("Runs that did not reach their end:\n\n");

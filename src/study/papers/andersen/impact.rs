@@ -186,7 +186,6 @@ pub(super) fn jobs(effort: Effort) -> Vec<Job> {
     cases.push(Case { step: STEP, ..shared(&SERENDIPITY, SMALL) });
     cases.push(shared(&LAGRANGE, SMALL));
     cases.extend(FIELDS.map(|e| apart(e, SMALL, 0.0, STEP)));
-    cases.push(apart(&SERENDIPITY, SMALL, 0.0, STEP));
     if effort == Effort::Full {
         cases.extend(RUNNING.map(|e| shared(e, WIDE)));
         cases.extend(FIELDS.map(|e| apart(e, SMALL, 0.3, STEP)));

@@ -123,17 +123,6 @@ pub(super) fn findings(effort: Effort, runs: &Runs) -> Vec<Finding> {
             }
             Some((seen, ranges.iter().all(|[low, high, _]| *low > 0.98 && *high < 1.02)))
         }),
-        Finding::judge("17, a field each", "Not in the paper: 8-node elements can have a field each.", false, || {
-            let run = runs.get(&apart(&SERENDIPITY, SMALL, 0.0, STEP).name())?;
-            let [.., most, _] = energy_range(run)?;
-            let seen = format!(
-                "The bodies pass into each other, likely because nodes with negative mass and missing nodes beside them give no normal. Deepest {:.2} m, energy \
-                 up to {most:.2} times that at the start{}.",
-                deepest(run),
-                if run.is_done() { "" } else { ", then the run breaks down" }
-            );
-            Some((seen, run.is_done() && most < 1.1))
-        }),
         Finding::judge("17, a field each", "Not in the paper: two equal bars that meet head-on exchange their velocities.", true, || {
             let speed = |e: &Element, cell: f64| Some(runs.done(&bars_name(e, cell))?.samples("speed").last()? / -0.01);
             let kept = |e: &Element, cell: f64| Some(energy_range(runs.done(&bars_name(e, cell))?)?[2]);
