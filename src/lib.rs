@@ -34,7 +34,8 @@
 //! | `model` | 2 COMPILE: Scene -> Model, immutable tables, and what this scene needs (and so what it does not); loads |
 //! | `state` | 3 EVOLVES: particles as structure of arrays, time, history: complete and sufficient for a restart |
 //! | `grid` | the background grid: blocks that exist only where a body is, particles kept in the order of blocks |
-//! | `basis` | shape functions along an axis |
+//! | `basis` | shape functions along an axis, one file a family |
+//! | `quadrature` | Gauss points with fields reconstructed from the particles: along rows by splines, in cells by least squares |
 //! | `transfer` | particles to grid and back: the kernels |
 //! | `material` | one file a law, always 3x3; plane strain, plane stress and one dimension are embeddings, in one place |
 //! | `step` | ONE STEP: one file a stage, named in running order; the stable step; measures |
@@ -46,13 +47,15 @@
 //! # Invariants
 //!
 //! 1. `Scene`, `Model`, `State`, loads and scratch are separate. `save -> restore -> step` gives the same bytes (`tests/determinism.rs`).
-//! 2. The step reads like the algorithm box of the papers and allocates nothing once its buffers have grown.
+//! 2. The step reads like the algorithm box of the papers, and with lumped mass and particle quadrature it allocates nothing once its
+//!    buffers have grown.
 //! 3. A material is 3x3 in, 3x3 out.
 //! 4. A choice becomes a type or a function pointer once, in `transfer::Kernels::new`; inside a kernel dimension and width are constants.
 //! 5. Adapters see only [`component`]; nothing sees them. Names, units, shapes and docs of variables live in one list.
 //! 6. A failed step leaves the state as it was and says which particle, where and when. No silent reset, no clamp that hides a fault.
 //! 7. Results are bitwise the same for any number of threads (on one kind of CPU), and for a run cut in two by a snapshot.
-//! 8. What a scene does not need costs nothing: no affine matrix without APIC, no history without rate laws, no empty blocks.
+//! 8. What a scene does not need costs nothing: no affine matrix without APIC, no history without rate laws, no empty blocks, no second
+//!    velocity field without contact, no mass matrix and no quadrature points unless asked for.
 //!
 //! # Where this differs from the plan of the house, and why
 //!
@@ -63,6 +66,13 @@
 //! - The stable step comes from the discrete operator of the scene by a few Lanczos steps (`step/limit.rs`), not from a Courant number:
 //!   it knows basis, boundaries, free surfaces, integrator and transfer.
 //! - All laws yield the Kirchhoff stress, so internal forces need only the volume at time 0.
+//! - Serendipity elements need no list stencil: they are Lagrange elements whose inner nodes are tied to the others (`grid/tied.rs`).
+//! - Contact has no second grid: blocks belong to a field, bodies have blocks of their own, and corrections run over blocks that two fields
+//!   have (`step/contact.rs`). An impulse acts only between nodes that approached before the kick too; Bardenhagen's rule alone adds energy.
+//! - Mass matrices are never assembled: rows of shape functions at the points where mass sits (`step/mass.rs`). Rows of nodes lighter than a
+//!   particle are lumped, which keeps the stable step and cures what makes the papers' consistent mass fail at a free end.
+//! - Taylor least squares do not fix cell means to the sums of the particles (`quadrature/least_squares.rs` has the measurement); sums are
+//!   made good over the body.
 //! - Formulas are read by our own small parser (`scene/formula.rs`): the crates that were tried misread `-x^2` or `1e-3`, or are not kept.
 
 mod basis;

@@ -1,6 +1,6 @@
 """Independent references for columns T4, T5 of Tielen (2016) and beams A1, A2 of Andersen & Andersen (2007).
 
-usage: OMP_NUM_THREADS=1 python generate.py     (numpy, scipy; about 40 s)   writes the CSV files beside it
+usage: OMP_NUM_THREADS=1 python andersen_tielen.py     (numpy, scipy; about 40 s)   writes the CSV files beside it
 
 Nothing here is a finite element or material-point method. Every answer is computed at two resolutions; the largest
 difference between them is printed as the error estimate. The columns are also checked against a finite-volume scheme.

@@ -134,7 +134,7 @@ pub(super) fn section(effort: Effort, runs: &Runs) -> Section {
         text: format!(
             "A bar of 5 m x 1 m in plane strain, E = 1e4 Pa, nu = 0.3, density 1e3 kg/m3, 180 particles in cells of 0.5 m (15 x 3 nodes), \
              v_x = A cos(pi x/5) with A = {AMPLITUDE} m/s, step 0.003 s, stress first, lumped mass where nothing else is said. The first \
-             period of the bar is {PERIOD} s by a Ritz expansion; the dashed energies are those of a finite-element run of order 6."
+             period of the bar is {PERIOD} s by a Ritz expansion; the dashed energies are those of that expansion."
         ),
         tables: tables(effort, runs),
         figures: figures(effort, runs),
