@@ -3,12 +3,28 @@
 use super::mass::Held;
 use super::{Stepper, Wrong};
 use crate::component::StepError;
-use crate::grid::Lanes;
+use crate::grid::{Constraint, Grid, Lanes};
 use crate::model::{MassRule, Masses, Model};
 use crate::state::State;
 
 /// Share of the largest nodal mass up to which a negative one is round-off.
 const ROUND_OFF: f64 = 1e-12;
+
+/// A field of the grid that is solved for.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Field {
+    Momentum,
+    Force,
+}
+
+impl Field {
+    fn of(self, grid: &mut Grid) -> &mut Vec<Lanes> {
+        match self {
+            Self::Momentum => &mut grid.momentum,
+            Self::Force => &mut grid.force,
+        }
+    }
+}
 
 impl Stepper {
     /// Turns momentum into velocity and force into acceleration, then kicks. Boundaries hold momentum and rate of momentum (Buzzi et
@@ -55,7 +71,7 @@ impl Stepper {
         self.assemble(model, state)?;
         let (before, after) = around(time, kick, dt);
         let held = |value: &dyn Fn(usize, f64, f64) -> f64| -> Vec<Held> {
-            let of = |c: &crate::grid::Constraint| {
+            let of = |c: &Constraint| {
                 let (boundary, axis) = (&model.boundaries[c.boundary as usize], c.axis as usize);
                 let (old, new) = (boundary.velocity(axis, before)?, boundary.velocity(axis, after)?);
                 Some(Held { node: c.node as usize, lane: 1 + axis, value: value(axis, old, new) })
@@ -69,19 +85,15 @@ impl Stepper {
 
         right.clone_from(&self.grid.momentum);
         let rule = if wanted { model.projection } else { MassRule::Lumped };
-        self.solve(rule, time, &old, &right, |grid| &mut grid.momentum, model)?;
         let mut gained: Vec<f64> = Vec::new();
-        if model.flip_share < 1.0 {
-            self.matrix_times(rule, |grid| &grid.momentum);
-            gained.extend(old.iter().map(|h| self.product[h.node][h.lane] - right[h.node][h.lane]));
-        }
+        self.solve_held(rule, time, &old, &right, Field::Momentum, model, &mut gained)?;
         right.clone_from(&self.grid.force);
-        self.solve(model.balance, time, &change, &right, |grid| &mut grid.force, model)?;
-        self.matrix_times(model.balance, |grid| &grid.force);
+        let mut pushed: Vec<f64> = Vec::new();
+        self.solve_held(model.balance, time, &change, &right, Field::Force, model, &mut pushed)?;
         for (k, h) in change.iter().enumerate() {
-            let flip = self.product[h.node][h.lane] - right[h.node][h.lane];
+            let flip = pushed[k];
             // PIC takes the whole nodal velocity: what the projection was held to counts too
-            let pic = if kick > 0.0 { gained.get(k).copied().unwrap_or(0.0) / kick } else { 0.0 };
+            let pic = if kick > 0.0 { gained[k] / kick } else { 0.0 };
             let reaction = flip + (1.0 - model.flip_share) * pic;
             let c = &self.grid.constraints[k];
             self.impulse[c.boundary as usize][h.lane - 1] += reaction * kick;
@@ -101,6 +113,34 @@ impl Stepper {
         Ok(())
     }
 
+    /// Solves for a field of the grid in place, and finds what the held degrees of freedom gain beyond the right side.
+    fn solve_held(
+        &mut self,
+        rule: MassRule,
+        time: f64,
+        held: &[Held],
+        right: &[Lanes],
+        field: Field,
+        model: &Model,
+        gained: &mut Vec<f64>,
+    ) -> Result<(), StepError> {
+        if let MassRule::Series(_) = rule {
+            // the free solution gives the particles what the right side has, so holding it gives them the change
+            self.solve(rule, time, &[], right, field, model)?;
+            for h in held {
+                let mass = self.grid.momentum[h.node][0];
+                let value = &mut field.of(&mut self.grid)[h.node][h.lane];
+                gained.push(mass * (h.value - *value));
+                *value = h.value;
+            }
+            return Ok(());
+        }
+        self.solve(rule, time, held, right, field, model)?;
+        self.matrix_times(rule, field);
+        gained.extend(held.iter().map(|h| self.product[h.node][h.lane] - right[h.node][h.lane]));
+        Ok(())
+    }
+
     /// Solves for a field of the grid in place.
     pub(super) fn solve(
         &mut self,
@@ -108,40 +148,44 @@ impl Stepper {
         time: f64,
         held: &[Held],
         right: &[Lanes],
-        field: impl Fn(&mut crate::grid::Grid) -> &mut Vec<Lanes>,
+        field: Field,
         model: &Model,
     ) -> Result<(), StepError> {
         if rule.is_lumped() {
-            let mass: Vec<f64> = self.grid.momentum.iter().map(|lanes| lanes[0]).collect();
-            for ((x, r), m) in field(&mut self.grid).iter_mut().zip(right).zip(mass) {
+            for node in 0..right.len() {
+                let mass = self.grid.momentum[node][0];
                 for lane in 1..4 {
-                    x[lane] = if is_empty(model, m) { 0.0 } else { r[lane] / m };
+                    field.of(&mut self.grid)[node][lane] = if is_empty(model, mass) { 0.0 } else { right[node][lane] / mass };
                 }
             }
             for h in held {
-                field(&mut self.grid)[h.node][h.lane] = h.value;
+                field.of(&mut self.grid)[h.node][h.lane] = h.value;
             }
             return Ok(());
         }
-        let found = self.matrix.solve(rule, held, right, field(&mut self.grid));
+        let found = self.matrix.solve(rule, held, right, field.of(&mut self.grid));
         self.iterations += found.map_err(|e| StepError::NoConvergence { time, iterations: e.iterations, residual: e.residual })? as u64;
         Ok(())
     }
 
     /// `product` = M times a field of the grid.
-    fn matrix_times(&mut self, rule: MassRule, field: impl Fn(&crate::grid::Grid) -> &Vec<Lanes>) {
+    fn matrix_times(&mut self, rule: MassRule, field: Field) {
         self.product.clear();
         if rule.is_lumped() {
-            let mass = self.grid.momentum.iter().map(|lanes| lanes[0]);
-            self.product.extend(field(&self.grid).iter().zip(mass).map(|(v, m)| v.map(|v| m * v)));
+            let masses = self.grid.momentum.iter().map(|lanes| lanes[0]);
+            let values = match field {
+                Field::Momentum => &self.grid.momentum,
+                Field::Force => &self.grid.force,
+            };
+            self.product.extend(values.iter().zip(masses).map(|(v, m)| v.map(|v| m * v)));
         } else {
-            self.product.extend_from_slice(self.matrix.times(field(&self.grid)));
+            self.product.extend_from_slice(self.matrix.times(field.of(&mut self.grid)));
         }
     }
 
     /// Kinetic energy of the nodes \[J\] (Andersen 2007, eqs 28 and 29).
     pub(super) fn nodal_kinetic_energy(&mut self, model: &Model) -> f64 {
-        self.matrix_times(model.projection, |grid| &grid.momentum);
+        self.matrix_times(model.projection, Field::Momentum);
         let dot = |(v, m): (&Lanes, &Lanes)| (1..4).map(|l| v[l] * m[l]).sum::<f64>();
         0.5 * self.grid.momentum.iter().zip(&self.product).map(dot).sum::<f64>()
     }

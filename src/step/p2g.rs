@@ -1,6 +1,6 @@
 //! Stage 3: mass, momentum and forces from the particles to the grid, and the second projection of MUSL and USF.
 
-use super::balance::is_empty;
+use super::balance::{Field, is_empty};
 use super::mass::Held;
 use super::{Stepper, Wrong, for_each, with_tile, worth_sharing};
 use crate::basis::BATCH;
@@ -104,7 +104,7 @@ impl Stepper {
                 .collect();
             let mut right = std::mem::take(&mut self.right);
             right.clone_from(&self.grid.momentum);
-            self.solve(model.projection, time, &held, &right, |grid| &mut grid.momentum, model)?;
+            self.solve(model.projection, time, &held, &right, Field::Momentum, model)?;
             self.right = right;
         }
         self.hold_velocity(model, time);
