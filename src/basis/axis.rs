@@ -111,7 +111,7 @@ impl Axis {
     }
 
     /// The position, or the nearest end of the grid \[m\].
-    pub(crate) fn into_grid(&self, x: f64) -> f64 {
+    pub(crate) fn clamped(&self, x: f64) -> f64 {
         x.clamp(self.origin, self.origin + self.cell * self.cells as f64)
     }
 

@@ -127,7 +127,7 @@ impl Boundary {
             Region::Face { axis, upper } => axes[*axis].ends(node[*axis], *upper),
             Region::Shape(shape) => {
                 // a node outside the grid is held with the nearest one on its edge
-                let place: Vec<f64> = node.iter().zip(axes).map(|(&i, axis)| axis.into_grid(axis.node_position(i))).collect();
+                let place: Vec<f64> = node.iter().zip(axes).map(|(&i, axis)| axis.clamped(axis.node_position(i))).collect();
                 let slack = 1e-9 * Axis::smallest_cell(axes);
                 shape.contains(&place, slack)
             }

@@ -130,7 +130,8 @@ pub enum Quadrature {
     /// At the particles, with their volumes as weights.
     Particles,
     /// At Gauss points on half cells, from cubic splines through the particles line by line (Tielen 2016, chapter 7). Each body must be a
-    /// box of cells, filled with evenly spaced or Gauss-placed particles.
+    /// box of cells, filled with evenly spaced particles, and its ends must stay upright: where they lean, integrals are off (0.8 % at
+    /// 0.1 rad).
     Splines,
     /// At Gauss points of full cells, from a least-squares fit in each (Wobbes et al. 2019); at the particles of other cells.
     LeastSquares,
@@ -152,7 +153,7 @@ pub enum QuadratureOf {
 pub enum Mass {
     /// Row sums on the diagonal.
     Lumped,
-    /// The full matrix, solved in each step.
+    /// The full matrix, solved in each step. The stable step is about a sixth of that with lumped mass.
     Consistent,
     /// The first `fmpm_order` terms of the series of its inverse (Nairn and Hammerquist 2021).
     Fmpm,

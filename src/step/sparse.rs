@@ -72,7 +72,7 @@ impl SparseRows {
     }
 
     pub(super) fn len(&self) -> usize {
-        if self.entries == 0 { 0 } else { self.weights.len() / self.entries }
+        self.weights.len().checked_div(self.entries).unwrap_or(0)
     }
 
     /// Nodes and weights of a point.

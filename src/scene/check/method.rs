@@ -95,8 +95,8 @@ impl Check<'_> {
         });
         for (name, body) in &scene.body {
             let path = format!("body.{name}.positions");
-            self.require(method.quadrature != Quadrature::Splines || body.positions != Positions::Jittered, &path, || {
-                "is \"jittered\", but quadrature = \"splines\" needs rows of particles; take \"uniform\" or \"least_squares\"".into()
+            self.require(method.quadrature != Quadrature::Splines || body.positions == Positions::Uniform, &path, || {
+                "must be \"uniform\": quadrature = \"splines\" needs even rows of particles; or take quadrature = \"least_squares\"".into()
             });
             self.require(method.basis != Basis::Gimp || body.positions != Positions::Gauss, &path, || {
                 "is \"gauss\", but the domains of basis = \"gimp\" are equal parts of a cell; take \"uniform\"".into()
