@@ -124,20 +124,21 @@ impl Stepper {
         model: &Model,
         gained: &mut Vec<f64>,
     ) -> Result<(), StepError> {
-        if let MassRule::Series(_) = rule {
-            // the free solution gives the particles what the right side has, so holding it gives them the change
-            self.solve(rule, time, &[], right, field, model)?;
-            for h in held {
-                let mass = self.grid.momentum[h.node][0];
-                let value = &mut field.of(&mut self.grid)[h.node][h.lane];
-                gained.push(mass * (h.value - *value));
-                *value = h.value;
-            }
-            return Ok(());
-        }
         self.solve(rule, time, held, right, field, model)?;
         self.matrix_times(rule, field);
         gained.extend(held.iter().map(|h| self.product[h.node][h.lane] - right[h.node][h.lane]));
+        if matches!(rule, MassRule::Series(_)) {
+            // a series that is cut short leaves a part at the free nodes too, which the particles get all the same: shared by mass
+            for lane in 1..4 {
+                let mass = |h: &Held| if h.lane == lane { self.grid.momentum[h.node][0] } else { 0.0 };
+                let all: f64 = held.iter().map(mass).sum();
+                let whole: f64 = self.product.iter().zip(right).map(|(m, r)| m[lane] - r[lane]).sum();
+                let counted: f64 = held.iter().zip(gained.iter()).map(|(h, g)| if h.lane == lane { *g } else { 0.0 }).sum();
+                if all > 0.0 {
+                    gained.iter_mut().zip(held).for_each(|(g, h)| *g += (whole - counted) * mass(h) / all);
+                }
+            }
+        }
         Ok(())
     }
 

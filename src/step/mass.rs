@@ -149,8 +149,7 @@ impl MassMatrix {
     }
 
     /// Solves M x = right side, lane by lane but for the first, which is left alone. Nodes without mass get zero. Returns the number of
-    /// iterations. A series is cut before it has solved anything, so there held values replace those of the free solution: then sum M_L x is
-    /// the sum of the right side but for what the held nodes take.
+    /// iterations.
     pub(super) fn solve(&mut self, rule: MassRule, held: &[Held], right: &[Lanes], x: &mut [Lanes]) -> Result<usize, NotConverged> {
         // the lumped solution: where the series starts, and a good guess elsewhere; it means nothing where functions are negative
         for (node, value) in x.iter_mut().enumerate() {
@@ -159,18 +158,18 @@ impl MassMatrix {
                 value[lane] = if mass > 0.0 { right[node][lane] / mass } else { 0.0 };
             }
         }
-        if let MassRule::Series(terms) = rule {
-            for _ in 1..terms {
-                self.find_residual(&[], right, x);
-                self.correct(x);
-            }
-        }
         for h in held {
             x[h.node][h.lane] = h.value;
         }
         match rule {
             MassRule::Lumped => Ok(0),
-            MassRule::Series(terms) => Ok(terms - 1),
+            MassRule::Series(terms) => {
+                for _ in 1..terms {
+                    self.find_residual(held, right, x);
+                    self.correct(x);
+                }
+                Ok(terms - 1)
+            }
             MassRule::Solved { solver: MassSolver::Richardson, residual } => self.richardson(residual, held, right, x),
             MassRule::Solved { solver: MassSolver::Pcg, residual } => self.conjugate_gradients(residual, held, right, x),
         }
