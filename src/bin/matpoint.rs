@@ -56,7 +56,7 @@ enum StudyCommand {
     /// Run the problems of three papers; write tables, figures and findings beside theirs.
     #[command(after_help = "Examples:
   matpoint study papers                          everything; writes docs/papers.md and docs/papers/
-  matpoint study papers --quick --out /tmp/look  coarse and short cases, in about ten seconds
+  matpoint study papers --quick --out look       coarse and short cases, in about ten seconds
   matpoint study papers --only T1,T4             some problems only
 
 Exit codes: 0 every finding came out as known, 1 one did not, 2 a fault in the arguments.")]

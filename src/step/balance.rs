@@ -4,7 +4,7 @@ use super::mass::Held;
 use super::{Stepper, Wrong};
 use crate::component::StepError;
 use crate::grid::{Constraint, Grid, Lanes};
-use crate::model::{MassRule, Masses, Model};
+use crate::model::{Boundary, MassRule, Masses, Model};
 use crate::state::State;
 
 /// Share of the largest nodal mass up to which a negative one is round-off.
@@ -70,29 +70,24 @@ impl Stepper {
         let time = state.time;
         self.assemble(model, state)?;
         let (before, after) = around(time, kick, dt);
-        let held = |value: &dyn Fn(usize, f64, f64) -> f64| -> Vec<Held> {
-            let of = |c: &Constraint| {
-                let (boundary, axis) = (&model.boundaries[c.boundary as usize], c.axis as usize);
-                let (old, new) = (boundary.velocity(axis, before)?, boundary.velocity(axis, after)?);
-                Some(Held { node: c.node as usize, lane: 1 + axis, value: value(axis, old, new) })
-            };
-            self.grid.constraints.iter().filter_map(of).collect()
-        };
-        let old = held(&|_, old, _| old);
+        let old = self.held(model, |boundary, axis| boundary.velocity(axis, before));
         // gravity accelerates all alike: it is left out here and added to the solution
-        let change = held(&|axis, old, new| if kick > 0.0 { (new - old) / kick - self.gravity[axis] } else { -self.gravity[axis] });
+        let change = self.held(model, |boundary, axis| {
+            let rise = boundary.velocity(axis, after)? - boundary.velocity(axis, before)?;
+            Some(if kick > 0.0 { rise / kick } else { 0.0 } - self.gravity[axis])
+        });
         let mut right = std::mem::take(&mut self.right);
 
         right.clone_from(&self.grid.momentum);
         let rule = if wanted { model.projection } else { MassRule::Lumped };
-        let mut gained: Vec<f64> = Vec::new();
-        self.solve_held(rule, time, &old, &right, Field::Momentum, model, &mut gained)?;
+        self.solve(rule, time, &old, &right, Field::Momentum, model)?;
+        // PIC takes the whole nodal velocity: what the projection was held to counts too
+        let gained = if model.flip_share < 1.0 { self.gained(rule, &old, &right, Field::Momentum) } else { vec![0.0; old.len()] };
         right.clone_from(&self.grid.force);
-        let mut pushed: Vec<f64> = Vec::new();
-        self.solve_held(model.balance, time, &change, &right, Field::Force, model, &mut pushed)?;
+        self.solve(model.balance, time, &change, &right, Field::Force, model)?;
+        let pushed = self.gained(model.balance, &change, &right, Field::Force);
         for (k, h) in change.iter().enumerate() {
             let flip = pushed[k];
-            // PIC takes the whole nodal velocity: what the projection was held to counts too
             let pic = if kick > 0.0 { gained[k] / kick } else { 0.0 };
             let reaction = flip + (1.0 - model.flip_share) * pic;
             let c = &self.grid.constraints[k];
@@ -113,20 +108,19 @@ impl Stepper {
         Ok(())
     }
 
-    /// Solves for a field of the grid in place, and finds what the held degrees of freedom gain beyond the right side.
-    fn solve_held(
-        &mut self,
-        rule: MassRule,
-        time: f64,
-        held: &[Held],
-        right: &[Lanes],
-        field: Field,
-        model: &Model,
-        gained: &mut Vec<f64>,
-    ) -> Result<(), StepError> {
-        self.solve(rule, time, held, right, field, model)?;
+    /// Held degrees of freedom with the values that `value` gives them, by boundary and axis.
+    pub(super) fn held(&self, model: &Model, value: impl Fn(&Boundary, usize) -> Option<f64>) -> Vec<Held> {
+        let of = |c: &Constraint| {
+            let (boundary, axis) = (&model.boundaries[c.boundary as usize], c.axis as usize);
+            Some(Held { node: c.node as usize, lane: 1 + axis, value: value(boundary, axis)? })
+        };
+        self.grid.constraints.iter().filter_map(of).collect()
+    }
+
+    /// What held degrees of freedom have got beyond the right side of a solution.
+    fn gained(&mut self, rule: MassRule, held: &[Held], right: &[Lanes], field: Field) -> Vec<f64> {
         self.matrix_times(rule, field);
-        gained.extend(held.iter().map(|h| self.product[h.node][h.lane] - right[h.node][h.lane]));
+        let mut gained: Vec<f64> = held.iter().map(|h| self.product[h.node][h.lane] - right[h.node][h.lane]).collect();
         if matches!(rule, MassRule::Series(_)) {
             // a series that is cut short leaves a part at the free nodes too, which the particles get all the same: shared by mass
             for lane in 1..4 {
@@ -139,7 +133,7 @@ impl Stepper {
                 }
             }
         }
-        Ok(())
+        gained
     }
 
     /// Solves for a field of the grid in place.

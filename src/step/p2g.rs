@@ -1,7 +1,6 @@
 //! Stage 3: mass, momentum and forces from the particles to the grid, and the second projection of MUSL and USF.
 
 use super::balance::{Field, is_empty};
-use super::mass::Held;
 use super::{Stepper, Wrong, for_each, with_tile, worth_sharing};
 use crate::basis::BATCH;
 use crate::component::StepError;
@@ -93,15 +92,7 @@ impl Stepper {
             }
         } else {
             self.assemble(model, state)?;
-            let held: Vec<Held> = self
-                .grid
-                .constraints
-                .iter()
-                .filter_map(|c| {
-                    let value = model.boundaries[c.boundary as usize].velocity(c.axis as usize, time)?;
-                    Some(Held { node: c.node as usize, lane: 1 + c.axis as usize, value })
-                })
-                .collect();
+            let held = self.held(model, |boundary, axis| boundary.velocity(axis, time));
             let mut right = std::mem::take(&mut self.right);
             right.clone_from(&self.grid.momentum);
             self.solve(model.projection, time, &held, &right, Field::Momentum, model)?;
