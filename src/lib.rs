@@ -89,11 +89,13 @@ mod model;
 mod quadrature;
 pub mod record;
 pub mod scene;
+mod solver;
 mod state;
 mod step;
 pub mod study;
 mod svg;
 pub mod text;
+mod total;
 mod transfer;
 
 pub use component::Simulation;

@@ -140,6 +140,15 @@ pub(crate) struct Bin {
     pub(crate) end: u32,
 }
 
+/// The nodes of the grids that bodies have of their own, body by body; empty in the updated formulation, whose grid forgets.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Nodes {
+    /// Displacement \[m\].
+    pub(crate) displacement: Vec<[f64; 3]>,
+    /// Velocity at the time of the state \[m/s\].
+    pub(crate) velocity: Vec<[f64; 3]>,
+}
+
 /// All that changes while a scene runs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct State {
@@ -153,6 +162,8 @@ pub(crate) struct State {
     pub(crate) pace: f64,
     /// The particles.
     pub(crate) particles: Particles,
+    /// The nodes, where they are remembered.
+    pub(crate) nodes: Nodes,
     /// Blocks in the order of the particles.
     pub(crate) bins: Vec<Bin>,
     /// Work done on the body by loads and moving boundaries since time 0 \[J\].
@@ -166,8 +177,10 @@ pub(crate) struct State {
 impl State {
     /// Copies this state into `other`, whose memory is used again.
     pub(crate) fn copy_to(&self, other: &mut Self) {
-        let Self { time, steps, last_step, pace, particles, bins, external_work, reactions, inputs } = self;
+        let Self { time, steps, last_step, pace, particles, nodes, bins, external_work, reactions, inputs } = self;
         (other.time, other.steps, other.last_step, other.pace, other.external_work) = (*time, *steps, *last_step, *pace, *external_work);
+        other.nodes.displacement.clone_from(&nodes.displacement);
+        other.nodes.velocity.clone_from(&nodes.velocity);
         other.bins.clone_from(bins);
         other.reactions.clone_from(reactions);
         other.inputs.clone_from(inputs);
@@ -205,6 +218,8 @@ impl State {
             && blocks_are_different
             && blocks_are_on_the_grid
             && (next as usize == n || self.bins.is_empty())
+            && self.nodes.displacement.len() == other.nodes.displacement.len()
+            && self.nodes.velocity.len() == other.nodes.velocity.len()
             && self.reactions.len() == other.reactions.len()
             && self.inputs.len() == other.inputs.len()
             && self.inputs.iter().zip(&other.inputs).all(|(a, b)| a.len() == b.len())

@@ -13,9 +13,10 @@ pub use variable::{Causality, Report, Variable};
 
 use crate::model::{Masses, Model, Pace, Signal};
 use crate::scene::{Fault, Integrator, Scene, SceneError, Transfer};
+use crate::solver::Solver;
 use crate::state::State;
+use crate::step::Wrong;
 use crate::step::measure::Measures;
-use crate::step::{Stepper, Wrong, limit};
 use exact::Exact;
 use output::Outputs;
 use std::path::Path;
@@ -29,7 +30,7 @@ pub struct Simulation {
     scene: Scene,
     model: Model,
     state: State,
-    stepper: Stepper,
+    solver: Solver,
     /// Stable step at time 0 \[s\].
     stable_step: f64,
     exact: Option<Exact>,
@@ -74,7 +75,8 @@ impl Simulation {
         scene.check()?;
         let (model, mut state) = Model::new(&scene)?;
         let fault = |path: &str, message: String| SceneError::Faults { file: None, faults: vec![Fault::new(path, message)] };
-        let stable_step = limit::stable_step(&model, &state).map_err(|e| fault("body", e.to_string()))?;
+        let mut solver = Solver::new(&model, &mut state);
+        let stable_step = solver.stable_step(&model, &state).map_err(|e| fault("body", e.to_string()))?;
         state.pace = initial_pace(&model, &state);
         let largest = stable_step * state.pace;
         if !(largest > 0.0 && largest.is_finite()) {
@@ -89,15 +91,14 @@ impl Simulation {
             return Err(fault("time.step", message));
         }
         let exact = scene.exact.as_ref().map(|e| Exact::new(e, model.dimension)).transpose().map_err(|m| fault("exact", m))?;
-        let mut stepper = Stepper::new(&model);
-        let initial = stepper.measure(&model, &mut state).map_err(|e| fault("body", e.to_string()))?;
+        let initial = solver.measure(&model, &mut state).map_err(|e| fault("body", e.to_string()))?;
         let outputs = Outputs::new(&model, &state, exact.as_ref());
-        Ok(Self { scene, model, state, stepper, stable_step, exact, initial, outputs, backup: State::default() })
+        Ok(Self { scene, model, state, solver, stable_step, exact, initial, outputs, backup: State::default() })
     }
 
     /// Does it wrong on purpose, to show what comes of it.
     pub(crate) fn go_wrong(&mut self, wrong: Wrong) {
-        self.stepper.wrong = Some(wrong);
+        self.solver.go_wrong(wrong);
         if wrong == Wrong::NegativeMass {
             self.model.masses = Masses::Signed;
         }
@@ -145,7 +146,7 @@ impl Simulation {
         let result = self.substeps(dt, proceed);
         if result.is_err() {
             std::mem::swap(&mut self.state, &mut self.backup);
-            self.stepper.forget(&self.model);
+            self.solver.forget(&self.model);
         } else {
             self.outputs.outdate();
         }
@@ -156,7 +157,7 @@ impl Simulation {
         let (start, first) = (self.state.time, self.state.steps);
         let end = start + dt;
         let mut smallest = f64::INFINITY;
-        self.stepper.begin(&self.model);
+        self.solver.begin(&self.model);
         let mut done = 0.0;
         loop {
             let time = self.state.time;
@@ -171,7 +172,7 @@ impl Simulation {
             if time + h <= time || h.is_nan() {
                 return Err(StepError::Unstable { time, stable: self.max_step() });
             }
-            self.stepper.advance(&self.model, &mut self.state, h)?;
+            self.solver.advance(&self.model, &mut self.state, h)?;
             done += 1.0;
             smallest = smallest.min(h);
             if left <= 1.0 {
@@ -182,9 +183,8 @@ impl Simulation {
             }
         }
         self.state.time = end;
-        self.state.reactions.clear();
-        self.state.reactions.extend(self.stepper.mean_reactions());
-        let (substeps, iterations) = (self.state.steps - first, self.stepper.iterations);
+        self.solver.end(&self.model, &mut self.state);
+        let (substeps, iterations) = (self.state.steps - first, self.solver.iterations());
         Ok(Report { time: end, substeps, smallest_step: smallest, iterations })
     }
 
@@ -226,9 +226,9 @@ impl Simulation {
     fn values(&mut self, name: &str) -> Result<&Arc<Vec<f64>>, ComponentError> {
         let index = self.outputs.find(name)?;
         if self.outputs.needs_measures(index) {
-            self.outputs.measures = Some(self.stepper.measure(&self.model, &mut self.state)?);
+            self.outputs.measures = Some(self.solver.measure(&self.model, &mut self.state)?);
         }
-        let lookup = if self.model.needs.lookup { self.stepper.lookup(&self.state) } else { &[] };
+        let lookup = if self.model.needs.lookup { self.solver.lookup(&self.state) } else { &[] };
         Ok(self.outputs.value(index, &self.model, &self.state, lookup, &self.initial, self.exact.as_ref()))
     }
 
@@ -238,7 +238,7 @@ impl Simulation {
     /// # Errors
     /// A state that cannot be measured.
     pub(crate) fn internal_force(&mut self, node: usize) -> Result<f64, ComponentError> {
-        let force = self.stepper.nodal_force(&self.model, &mut self.state, [0, 0, node as i32])?;
+        let force = self.solver.nodal_force(&self.model, &mut self.state, [0, 0, node as i32])?;
         Ok(-force.unwrap_or(0.0))
     }
 
@@ -266,7 +266,7 @@ impl Simulation {
             return Err(bad("the snapshot is damaged"));
         }
         self.state = state;
-        self.stepper.forget(&self.model);
+        self.solver.forget(&self.model);
         self.outputs.outdate();
         Ok(())
     }
@@ -276,11 +276,11 @@ impl Simulation {
         if let Ok((_, state)) = Model::new(&self.scene) {
             self.state = state;
             self.state.pace = initial_pace(&self.model, &self.state);
+            self.solver.restart(&self.model, &mut self.state);
         }
-        self.stepper.forget(&self.model);
         self.outputs.outdate();
         // puts the particles in the order they had when the simulation was made; it could be measured then, so it can now
-        self.outputs.measures = self.stepper.measure(&self.model, &mut self.state).ok();
+        self.outputs.measures = self.solver.measure(&self.model, &mut self.state).ok();
     }
 
     /// What this simulation is: its method, what it needs and skips, its variables.
@@ -290,6 +290,8 @@ impl Simulation {
             Integrator::Usf => "update stress first, leapfrog",
             Integrator::Usl => "update stress last, leapfrog",
             Integrator::Musl => "modified update stress last, leapfrog",
+            Integrator::Verlet => "velocity Verlet",
+            Integrator::Symplectic4 => "symplectic, of fourth order",
         };
         let transfer = match model.transfer {
             Transfer::Pic => "PIC".into(),
@@ -302,7 +304,7 @@ impl Simulation {
             Pace::Cfl(share) => format!("{share} of the stable step"),
         };
         let method = vec![
-            ("formulation", "updated Lagrangian".into()),
+            ("formulation", if model.total { "total Lagrangian" } else { "updated Lagrangian" }.into()),
             ("basis", words::basis(&self.scene)),
             ("quadrature", words::quadrature(&self.scene.method)),
             ("mass", words::mass(model)),
@@ -336,7 +338,7 @@ impl Simulation {
             needs: list(true),
             skips: list(false),
             // the state, its copy while a step is under way, and the positions at time 0
-            memory: n * (2 * self.state.particles.bytes_each() + 8 * model.dimension) + self.stepper.grid.bytes(),
+            memory: n * (2 * self.state.particles.bytes_each() + 8 * model.dimension) + self.solver.bytes(),
             stable_step: self.stable_step,
             end: self.scene.time.end,
             variables: self.outputs.variables(),
@@ -361,6 +363,10 @@ fn substeps_in(dt: f64, step: f64) -> f64 {
 /// Ratio of the wave speed to wave plus particle speed at time 0.
 fn initial_pace(model: &Model, state: &State) -> f64 {
     let particles = &state.particles;
+    if model.total {
+        // no particle moves through the grid
+        return 1.0;
+    }
     (0..particles.len())
         .map(|p| {
             let body = &model.bodies[particles.body[p] as usize];

@@ -107,6 +107,13 @@ impl Material {
         if matches!(self, Self::Linear(_)) { kirchhoff } else { kirchhoff / f.determinant() }
     }
 
+    /// Sets the history of the small-strain law from a displacement gradient; other laws have no such.
+    pub(crate) fn small_strain(&self, history: &mut History, gradient: &Matrix3<f64>) {
+        if let Self::Linear(lame) = self {
+            store_stress(history, &lame.stress(&symmetric(gradient)));
+        }
+    }
+
     /// Carries the history over a step.
     pub(crate) fn update(&self, history: &mut History, increment: &Increment) {
         match self {

@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Method {
+    /// In which configuration the balance of momentum is written.
+    pub formulation: Formulation,
     /// Family of shape functions.
     pub basis: Basis,
     /// Degree of the B-splines, 1 to 5; 1 is the same as the linear basis.
@@ -21,7 +23,9 @@ pub struct Method {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quadrature_of: Option<QuadratureOf>,
     /// Mass matrix of the projection of velocities and of the balance of momentum.
-    pub mass: Mass,
+    /// Lumped for the updated formulation, consistent for the total one, if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass: Option<Mass>,
     /// Mass matrix of the balance of momentum alone; as `mass` if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub balance_mass: Option<Mass>,
@@ -34,8 +38,9 @@ pub struct Method {
     /// Residual, over the right-hand side, at which the solver of a consistent mass matrix stops; 1e-9 if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_residual: Option<f64>,
-    /// When the stress is updated within a step.
-    pub integrator: Integrator,
+    /// How time goes on: `musl` for the updated formulation, `verlet` for the total one, if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub integrator: Option<Integrator>,
     /// How velocity travels between particles and grid.
     pub transfer: Transfer,
     /// Share of FLIP in a FLIP transfer, 0 to 1; the rest is PIC.
@@ -52,17 +57,18 @@ pub struct Method {
 impl Default for Method {
     fn default() -> Self {
         Self {
+            formulation: Formulation::Updated,
             basis: Basis::Bspline,
             degree: None,
             domain: None,
             quadrature: Quadrature::Particles,
             quadrature_of: None,
-            mass: Mass::Lumped,
+            mass: None,
             balance_mass: None,
             fmpm_order: None,
             mass_solver: None,
             mass_residual: None,
-            integrator: Integrator::Musl,
+            integrator: None,
             transfer: Transfer::Flip,
             flip_share: None,
             mass_tolerance: None,
@@ -75,9 +81,21 @@ impl Method {
     pub fn spline_degree(&self) -> usize {
         self.degree.unwrap_or(2)
     }
+    /// Whether the formulation is the total-Lagrangian one.
+    pub fn is_total(&self) -> bool {
+        self.formulation == Formulation::Total
+    }
+    /// Mass matrix of the projection of velocities, and of the total formulation.
+    pub fn mass(&self) -> Mass {
+        self.mass.unwrap_or(if self.is_total() { Mass::Consistent } else { Mass::Lumped })
+    }
     /// Mass matrix of the balance of momentum.
     pub fn mass_of_balance(&self) -> Mass {
-        self.balance_mass.unwrap_or(self.mass)
+        self.balance_mass.unwrap_or(self.mass())
+    }
+    /// How time goes on.
+    pub fn integrator(&self) -> Integrator {
+        self.integrator.unwrap_or(if self.is_total() { Integrator::Verlet } else { Integrator::Musl })
     }
     /// Whether velocities are projected with the quadrature of the forces.
     pub fn quadrature_of_velocity(&self) -> bool {
@@ -91,6 +109,17 @@ impl Method {
             Basis::Cubic | Basis::Gimp => false,
         }
     }
+}
+
+/// Configurations in which the balance of momentum is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Formulation {
+    /// That of now: particles move through a grid, which forgets after each step. Bodies may touch, and deform without bounds.
+    Updated,
+    /// That of time 0: each body has a grid of its own, fitted to it, that deforms with it, so that shape functions are computed once. For
+    /// bodies that do not touch: far more accurate, and cheaper.
+    Total,
 }
 
 /// Families of shape functions.
@@ -169,7 +198,7 @@ pub enum MassSolver {
     Richardson,
 }
 
-/// When the stress is updated within a step.
+/// How time goes on. The first three are for the updated formulation and tell when the stress is updated within a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Integrator {
@@ -180,6 +209,10 @@ pub enum Integrator {
     /// Modified update stress last: stress and positions from the velocity projected again (Sulsky 1994, Tielen 2016, section 3.2).
     /// Keeps the energy; quieter than USF, for particles and their deformation move with the same field.
     Musl,
+    /// Velocity Verlet, of second order and symplectic; for the total formulation.
+    Verlet,
+    /// Symplectic Runge-Kutta-Nystroem scheme of fourth order with six forces a step (Blanes and Moan 2002); for the total formulation.
+    Symplectic4,
 }
 
 /// How velocity travels between particles and grid.

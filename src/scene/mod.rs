@@ -14,7 +14,7 @@ mod structure;
 
 pub use fault::{Fault, SceneError, nearest};
 pub use formula::Formula;
-pub use method::{Basis, Domain, Integrator, Mass, MassSolver, Method, Quadrature, QuadratureOf, Transfer};
+pub use method::{Basis, Domain, Formulation, Integrator, Mass, MassSolver, Method, Quadrature, QuadratureOf, Transfer};
 pub use shape::{Face, FacePoint, Shape};
 
 use indexmap::IndexMap;
@@ -147,12 +147,13 @@ pub struct Body {
     pub material: String,
     /// The region it fills at time 0.
     pub shape: Shape,
-    /// Particles along each axis of a cell: one number, or one an axis.
-    #[serde(default = "two_particles")]
-    pub particles_per_cell: OneOrEach<usize>,
-    /// Where in a cell the particles sit.
-    #[serde(default)]
-    pub positions: Positions,
+    /// Particles along each axis of a cell: one number, or one an axis. If left out: two, and one more than the degree for the total
+    /// formulation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub particles_per_cell: Option<OneOrEach<usize>>,
+    /// Where in a cell the particles sit: `uniform` if left out, `gauss` for the total formulation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub positions: Option<Positions>,
     /// Seed of the jitter.
     #[serde(default)]
     pub seed: u64,
@@ -161,16 +162,23 @@ pub struct Body {
     pub velocity: Vec<Expr>,
 }
 
-fn two_particles() -> OneOrEach<usize> {
-    OneOrEach::One(2)
+impl Scene {
+    /// Particles along each axis of a cell of a body: one number, or one an axis.
+    pub fn particles_per_cell(&self, body: &Body) -> OneOrEach<usize> {
+        let usual = if self.method.is_total() { self.method.spline_degree() + 1 } else { 2 };
+        body.particles_per_cell.clone().unwrap_or(OneOrEach::One(usual))
+    }
+    /// Where in a cell the particles of a body sit.
+    pub fn positions(&self, body: &Body) -> Positions {
+        body.positions.unwrap_or(if self.method.is_total() { Positions::Gauss } else { Positions::Uniform })
+    }
 }
 
 /// Where in a cell the particles of a body sit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Positions {
     /// Centres of equal parts of the cell.
-    #[default]
     Uniform,
     /// Gauss-Legendre points of the cell, each with its weight as volume.
     Gauss,

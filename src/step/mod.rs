@@ -125,7 +125,8 @@ impl Stepper {
         self.grid.spread_tied(true);
         match model.integrator {
             Integrator::Usl => self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: Some(dt), strain: Some(dt) })?,
-            Integrator::Musl => {
+            // the check leaves only these three to the updated formulation
+            Integrator::Musl | Integrator::Verlet | Integrator::Symplectic4 => {
                 self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: None, strain: None })?;
                 self.project(model, state, state.time + 0.5 * dt)?;
                 self.grid_to_particles(model, state, &Update { kick: None, drift: Some(dt), strain: Some(dt) })?;

@@ -25,7 +25,7 @@ impl Check<'_> {
             self.require((0.0..=1.0).contains(&share), "method.flip_share", || format!("is {}; must be 0 to 1", plain(share)));
         }
         let blends = method.transfer == Transfer::Flip && method.flip_share.is_some_and(|share| share > 0.0 && share < 1.0);
-        self.require(!(blends && method.has_kinks() && method.integrator == Integrator::Usl), "method.flip_share", || {
+        self.require(!(blends && method.has_kinks() && method.integrator() == Integrator::Usl), "method.flip_share", || {
             "blends FLIP and PIC, which with linear functions and USL throws nearly empty nodes out; take musl or usf, or B-splines".into()
         });
         if let Some(tolerance) = method.mass_tolerance {
@@ -39,7 +39,7 @@ impl Check<'_> {
 
     fn mass(&mut self) {
         let method = &self.scene.method;
-        let masses = [("method.mass", method.mass), ("method.balance_mass", method.mass_of_balance())];
+        let masses = [("method.mass", method.mass()), ("method.balance_mass", method.mass_of_balance())];
         let uses = |mass: Mass| masses.iter().any(|(_, m)| *m == mass);
         match method.fmpm_order {
             None => self.require(!uses(Mass::Fmpm), "method.fmpm_order", || "is missing; mass = \"fmpm\" needs it, from 2 on".into()),
@@ -73,7 +73,7 @@ impl Check<'_> {
             return;
         } else if matches!(method.basis, Basis::Lagrange | Basis::Serendipity) {
             "functions that are negative have second moments that vanish; take another basis or transfer"
-        } else if method.mass != Mass::Lumped || method.mass_of_balance() != Mass::Lumped {
+        } else if method.mass() != Mass::Lumped || method.mass_of_balance() != Mass::Lumped {
             "it is made for the lumped mass: a full matrix would count the affine part twice; take flip"
         } else if method.quadrature_of_velocity() {
             "the affine part lives at particles; take flip, or quadrature_of = \"force\""
@@ -95,10 +95,10 @@ impl Check<'_> {
         });
         for (name, body) in &scene.body {
             let path = format!("body.{name}.positions");
-            self.require(method.quadrature != Quadrature::Splines || body.positions == Positions::Uniform, &path, || {
+            self.require(method.quadrature != Quadrature::Splines || scene.positions(body) == Positions::Uniform, &path, || {
                 "must be \"uniform\": quadrature = \"splines\" needs even rows of particles; or take quadrature = \"least_squares\"".into()
             });
-            self.require(method.basis != Basis::Gimp || body.positions != Positions::Gauss, &path, || {
+            self.require(method.basis != Basis::Gimp || scene.positions(body) != Positions::Gauss, &path, || {
                 "is \"gauss\", but the domains of basis = \"gimp\" are equal parts of a cell; take \"uniform\"".into()
             });
         }
@@ -136,9 +136,9 @@ impl Check<'_> {
 pub(super) fn warnings(scene: &Scene) -> Vec<Fault> {
     let method = &scene.method;
     let mut warnings = Vec::new();
-    let full = method.mass != Mass::Lumped || method.mass_of_balance() != Mass::Lumped;
+    let full = method.mass() != Mass::Lumped || method.mass_of_balance() != Mass::Lumped;
     if full && !method.quadrature_of_velocity() {
-        let mass = if method.mass == Mass::Lumped { "method.balance_mass" } else { "method.mass" };
+        let mass = if method.mass() == Mass::Lumped { "method.balance_mass" } else { "method.mass" };
         warnings.push(Fault::new(
             mass,
             "is not lumped, but mass and momentum are summed at the particles: without the smoothing of the lumped mass the error of that \
