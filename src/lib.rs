@@ -42,7 +42,7 @@
 //! | [`component`] | FROM OUTSIDE: [`Simulation`], the variable list, snapshots: all that an adapter may see |
 //! | [`record`] | DATA OUT: Rerun, CSV, pictures |
 //! | [`study`] | STUDIES: many runs beside the numbers and figures of the papers |
-//! | `svg`, `color`, `draft` | what pictures and reports are made with |
+//! | `svg`, `color`, `draft`, [`text`] | what pictures and reports are made with |
 //!
 //! # Invariants
 //!
@@ -89,6 +89,7 @@ mod state;
 mod step;
 pub mod study;
 mod svg;
+pub mod text;
 mod transfer;
 
 pub use component::Simulation;

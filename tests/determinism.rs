@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use matpoint::Simulation;
+use matpoint::component::StepError;
 use matpoint::scene::Scene;
 
 /// A body of more than 4,096 particles, so that work is shared, that moves over many cells and is sorted again and again.
@@ -90,6 +91,41 @@ fn a_restored_run_gives_the_same_bytes() {
         again.reset();
         assert!(again.save() == fresh, "reset goes back to time 0");
     }
+}
+
+#[test]
+fn an_interrupted_step_leaves_no_trace() {
+    let mut sim = build(2, "apic");
+    sim.step(0.005).unwrap();
+    let before = sim.save();
+    let mut asked = 0;
+    let mut four_times = || {
+        asked += 1;
+        asked <= 4
+    };
+    let error = sim.step_while(0.5, &mut four_times).unwrap_err();
+    assert_eq!(asked, 5, "asked after each substep");
+    assert!(matches!(error, StepError::Interrupted { time } if time > 0.005 && time < 0.505), "{error}");
+    assert!(sim.save() == before);
+
+    let mut whole = build(2, "apic");
+    for dt in [0.005, 0.01] {
+        whole.step(dt).unwrap();
+    }
+    sim.step(0.01).unwrap();
+    assert!(sim.save() == whole.save());
+}
+
+#[test]
+fn shared_values_stay_as_they_were() {
+    let mut sim = build(2, "flip");
+    let before = sim.share("particle/position").unwrap();
+    let copy = before.to_vec();
+    let again = sim.share("particle/position").unwrap();
+    assert!(std::ptr::eq(before.as_ptr(), again.as_ptr()), "computed once a step");
+    sim.step(0.01).unwrap();
+    assert!(sim.get("particle/position").unwrap() != copy.as_slice());
+    assert_eq!(*before, copy);
 }
 
 #[test]

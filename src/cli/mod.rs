@@ -3,7 +3,6 @@
 mod describe;
 mod run;
 mod study;
-mod text;
 
 pub(crate) use describe::{check, describe, schema};
 pub(crate) use run::run;

@@ -1,12 +1,12 @@
 //! `matpoint run`.
 
-use super::text::{digits, duration, grouped, pairs, rate, si};
 use super::{Failure, load, warn};
 use crate::RunArgs;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use matpoint::Simulation;
 use matpoint::component::{ComponentError, Description};
 use matpoint::record::{self, CsvSink, EnergyWatch, PictureSink, Progress, RunError, Sink, Summary};
+use matpoint::text::{digits, duration, grouped, pairs, rate, si};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -128,7 +128,7 @@ fn print(
     }
     let mut out = std::io::stdout().lock();
     writeln!(out, "{}", description.title)?;
-    pairs(&mut out, rows)?;
+    write!(out, "{}", pairs(rows))?;
     for file in files {
         writeln!(out, "wrote {}", file.display())?;
     }

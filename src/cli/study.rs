@@ -1,11 +1,11 @@
 //! `matpoint study`.
 
 use super::Failure;
-use super::text::duration;
 use crate::PapersArgs;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use matpoint::study::papers::{self, Effort};
 use matpoint::study::{Progress, Verdict};
+use matpoint::text::duration;
 use std::io::Write;
 use std::time::Instant;
 

@@ -9,6 +9,12 @@ pub enum StepError {
         /// Asked step \[s\].
         step: f64,
     },
+    /// The caller of `step_while` wanted no more substeps.
+    #[error("interrupted at t = {time:.6} s; the state is as it was before the call")]
+    Interrupted {
+        /// Time that had been reached \[s\].
+        time: f64,
+    },
     /// The stable step has become too short to move time.
     #[error("at t = {time:.6} s the stable step has shrunk to {stable:.3e} s; something is much too fast or too stiff")]
     Unstable {
@@ -122,6 +128,55 @@ pub enum StepError {
         /// Its position \[m\].
         position: Vec<f64>,
     },
+}
+
+impl StepError {
+    /// Time at which it went wrong \[s\].
+    pub fn time(&self) -> Option<f64> {
+        use StepError::*;
+        match self {
+            BadStep { .. } => None,
+            Interrupted { time }
+            | Unstable { time, .. }
+            | BadLoad { time, .. }
+            | Inverted { time, .. }
+            | NotFinite { time, .. }
+            | LeftGrid { time, .. }
+            | NegativeMass { time, .. }
+            | NoConvergence { time, .. }
+            | WideDomain { time, .. }
+            | NoReconstruction { time, .. }
+            | NoThickness { time, .. } => Some(*time),
+        }
+    }
+
+    /// The particle with which it went wrong, as in the order of `particle/position`.
+    pub fn particle(&self) -> Option<usize> {
+        use StepError::*;
+        match self {
+            Inverted { particle, .. }
+            | NotFinite { particle, .. }
+            | LeftGrid { particle, .. }
+            | WideDomain { particle, .. }
+            | NoThickness { particle, .. } => Some(*particle),
+            _ => None,
+        }
+    }
+
+    /// Where it went wrong \[m\]: position of the particle or node.
+    pub fn position(&self) -> Option<&[f64]> {
+        use StepError::*;
+        match self {
+            Inverted { position, .. }
+            | NotFinite { position, .. }
+            | LeftGrid { position, .. }
+            | NegativeMass { position, .. }
+            | WideDomain { position, .. }
+            | NoReconstruction { position, .. }
+            | NoThickness { position, .. } => Some(position),
+            _ => None,
+        }
+    }
 }
 
 /// A call with wrong words or numbers. Nothing was changed.

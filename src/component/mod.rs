@@ -1,22 +1,25 @@
 //! 6 FROM OUTSIDE: all that an adapter (Python, ROS 2, a recorder, the command line) may see.
 
+mod description;
 mod error;
 mod exact;
 mod output;
 mod variable;
 mod words;
 
+pub use description::Description;
 pub use error::{ComponentError, StepError};
-pub use variable::{Causality, Description, Report, Variable};
+pub use variable::{Causality, Report, Variable};
 
 use crate::model::{Masses, Model, Pace, Signal};
-use crate::scene::{Fault, Integrator, Scene, SceneError, Transfer, parse};
+use crate::scene::{Fault, Integrator, Scene, SceneError, Transfer};
 use crate::state::State;
 use crate::step::measure::Measures;
 use crate::step::{Stepper, Wrong, limit};
 use exact::Exact;
 use output::Outputs;
 use std::path::Path;
+use std::sync::Arc;
 
 /// A running scene.
 ///
@@ -60,7 +63,7 @@ impl Simulation {
     /// Every fault with its line and column, those that show only when the scene is built included.
     pub fn load(path: impl AsRef<Path>, overrides: &[(String, String)]) -> Result<Self, SceneError> {
         let path = path.as_ref();
-        Self::new(Scene::load_with(path, overrides)?).map_err(|error| parse::place_again(path, overrides, error))
+        Self::new(Scene::load_with(path, overrides)?).map_err(|error| error.in_file(path, overrides))
     }
 
     /// Makes a scene ready to run.
@@ -110,6 +113,11 @@ impl Simulation {
         self.state.time
     }
 
+    /// Substeps taken since time 0.
+    pub fn steps(&self) -> u64 {
+        self.state.steps
+    }
+
     /// Largest stable substep \[s\]: the stable step of the scene at time 0, less what waves and particles have gained in speed since
     /// (with a fixed step: what they had at time 0). Where particles have moved to other places in their cells it may be lower, down to
     /// half with one particle a cell; `cfl` is there to leave room for that.
@@ -122,11 +130,19 @@ impl Simulation {
     /// # Errors
     /// A step that cannot be done; the state is then as it was before the call.
     pub fn step(&mut self, dt: f64) -> Result<Report, StepError> {
+        self.step_while(dt, &mut || true)
+    }
+
+    /// As [`step`](Self::step), as long as `proceed` says so: it is asked after each substep but the last.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step), and [`StepError::Interrupted`] where `proceed` said no; the state is then as it was before the call.
+    pub fn step_while(&mut self, dt: f64, proceed: &mut dyn FnMut() -> bool) -> Result<Report, StepError> {
         if !(dt > 0.0 && dt.is_finite()) {
             return Err(StepError::BadStep { step: dt });
         }
         self.state.copy_to(&mut self.backup);
-        let result = self.substeps(dt);
+        let result = self.substeps(dt, proceed);
         if result.is_err() {
             std::mem::swap(&mut self.state, &mut self.backup);
             self.stepper.forget(&self.model);
@@ -136,7 +152,7 @@ impl Simulation {
         result
     }
 
-    fn substeps(&mut self, dt: f64) -> Result<Report, StepError> {
+    fn substeps(&mut self, dt: f64, proceed: &mut dyn FnMut() -> bool) -> Result<Report, StepError> {
         let (start, first) = (self.state.time, self.state.steps);
         let end = start + dt;
         let mut smallest = f64::INFINITY;
@@ -160,6 +176,9 @@ impl Simulation {
             smallest = smallest.min(h);
             if left <= 1.0 {
                 break;
+            }
+            if !proceed() {
+                return Err(StepError::Interrupted { time: self.state.time });
             }
         }
         self.state.time = end;
@@ -185,6 +204,18 @@ impl Simulation {
     /// # Errors
     /// Unknown name.
     pub fn get(&mut self, name: &str) -> Result<&[f64], ComponentError> {
+        self.values(name).map(|values| values.as_slice())
+    }
+
+    /// As [`get`](Self::get), to be kept: what a later step makes does not change what was shared.
+    ///
+    /// # Errors
+    /// Unknown name.
+    pub fn share(&mut self, name: &str) -> Result<Arc<Vec<f64>>, ComponentError> {
+        self.values(name).cloned()
+    }
+
+    fn values(&mut self, name: &str) -> Result<&Arc<Vec<f64>>, ComponentError> {
         let index = self.outputs.find(name)?;
         if self.outputs.needs_measures(index) {
             self.outputs.measures = Some(self.stepper.measure(&self.model, &mut self.state)?);
@@ -299,6 +330,7 @@ impl Simulation {
             // the state, its copy while a step is under way, and the positions at time 0
             memory: n * (2 * self.state.particles.bytes_each() + 8 * model.dimension) + self.stepper.grid.bytes(),
             stable_step: self.stable_step,
+            end: self.scene.time.end,
             variables: self.outputs.variables(),
         }
     }

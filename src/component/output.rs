@@ -10,6 +10,7 @@ use crate::step::load::{deformation, place_of};
 use crate::step::measure::Measures;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// What a variable is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,7 +69,8 @@ impl Quantity {
 struct Entry {
     variable: Variable,
     quantity: Quantity,
-    values: Vec<f64>,
+    /// Shared with whoever still looks at them: values that are being looked at are not written over, new ones are made.
+    values: Arc<Vec<f64>>,
     fresh: bool,
 }
 
@@ -93,7 +95,7 @@ impl Outputs {
         let mut add = |name: &str, causality, unit, shape: &[usize], doc, quantity| {
             let variable = Variable { name: name.into(), causality, unit, shape: shape.to_vec(), doc };
             self.index.insert(name.into(), self.entries.len());
-            self.entries.push(Entry { variable, quantity, values: Vec::new(), fresh: false });
+            self.entries.push(Entry { variable, quantity, values: Arc::default(), fresh: false });
         };
         for load in external_loads(model) {
             let l = &model.loads[load];
@@ -216,13 +218,16 @@ impl Outputs {
         lookup: &[u32],
         initial: &Measures,
         exact: Option<&Exact>,
-    ) -> &[f64] {
+    ) -> &Arc<Vec<f64>> {
         let entry = &mut self.entries[index];
         if !entry.fresh {
             let source = Source { model, state, lookup, initial, measures: self.measures.as_ref(), exact };
-            entry.values.clear();
-            entry.values.resize(entry.variable.len(), 0.0);
-            source.compute(entry.quantity, &mut entry.values);
+            if Arc::get_mut(&mut entry.values).is_none() {
+                entry.values = Arc::default();
+            }
+            let values = Arc::make_mut(&mut entry.values);
+            values.resize(entry.variable.len(), 0.0);
+            source.compute(entry.quantity, values);
             entry.fresh = true;
         }
         &entry.values

@@ -35,31 +35,6 @@ impl Variable {
     }
 }
 
-/// What a simulation is: returned by [`crate::Simulation::describe`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct Description {
-    /// Title of the scene.
-    pub title: String,
-    /// Number of space dimensions.
-    pub dimension: usize,
-    /// Number of particles.
-    pub particles: usize,
-    /// Bodies in the order of `particle/body`: name and number of particles.
-    pub bodies: Vec<(String, usize)>,
-    /// The point chosen in the table formulation x basis x quadrature x mass x transfer x integrator, in words.
-    pub method: Vec<(&'static str, String)>,
-    /// What this scene needs, and so costs.
-    pub needs: Vec<String>,
-    /// What this scene does not need, and so does not cost.
-    pub skips: Vec<String>,
-    /// Memory of particles, grid and tables \[bytes\].
-    pub memory: usize,
-    /// Largest stable step at time 0 \[s\].
-    pub stable_step: f64,
-    /// All variables.
-    pub variables: Vec<Variable>,
-}
-
 /// What a call of [`crate::Simulation::step`] did.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Report {

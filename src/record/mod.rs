@@ -1,6 +1,6 @@
 //! 7 DATA OUT: what a run leaves behind. Sinks see a [`Simulation`] from outside, as any adapter does.
 //!
-//! [`run`] steps a simulation from one record time to the next and calls every [`Sink`] there. What no sink asks for is never
+//! A [`Recorder`] knows when each [`Sink`] is due; [`run`] steps a simulation from one such time to the next. What no sink asks for is never
 //! computed. Where a run stops to record is said by the scene alone, so a result does not depend on who listens.
 
 mod columns;
@@ -8,6 +8,7 @@ mod csv;
 mod energy;
 mod particles;
 mod picture;
+mod recorder;
 #[cfg(feature = "rerun")]
 mod rerun;
 mod run;
@@ -15,6 +16,7 @@ mod run;
 pub use csv::CsvSink;
 pub use energy::EnergyWatch;
 pub use picture::PictureSink;
+pub use recorder::Recorder;
 #[cfg(feature = "rerun")]
 pub use rerun::RerunSink;
 pub use run::{Progress, RunError, Summary, run};
@@ -24,17 +26,17 @@ use crate::component::ComponentError;
 use std::path::{Path, PathBuf};
 
 /// Somewhere that data of a run goes. A sink opens its files in [`begin`](Self::begin), not before.
-pub trait Sink {
+pub trait Sink: Send {
     /// Called once before the first step; opens the files, so that a path that cannot be written is found before any work is done.
     fn begin(&mut self, sim: &mut Simulation) -> Result<(), RecordError>;
 
-    /// Called at every particle frame; `step` is the number of substeps taken so far.
+    /// Called at every particle frame; `step` is the number of substeps taken since time 0.
     fn frame(&mut self, sim: &mut Simulation, step: u64) -> Result<(), RecordError> {
         let _ = (sim, step);
         Ok(())
     }
 
-    /// Called at every row of energies and probes; `step` is the number of substeps taken so far.
+    /// Called at every row of energies and probes; `step` is the number of substeps taken since time 0.
     fn history(&mut self, sim: &mut Simulation, step: u64) -> Result<(), RecordError> {
         let _ = (sim, step);
         Ok(())
@@ -49,6 +51,24 @@ pub trait Sink {
     /// The files that are complete, for the user to open.
     fn files(&self) -> Vec<PathBuf> {
         Vec::new()
+    }
+}
+
+impl<S: Sink + ?Sized> Sink for &mut S {
+    fn begin(&mut self, sim: &mut Simulation) -> Result<(), RecordError> {
+        (**self).begin(sim)
+    }
+    fn frame(&mut self, sim: &mut Simulation, step: u64) -> Result<(), RecordError> {
+        (**self).frame(sim, step)
+    }
+    fn history(&mut self, sim: &mut Simulation, step: u64) -> Result<(), RecordError> {
+        (**self).history(sim, step)
+    }
+    fn finish(&mut self, sim: &mut Simulation) -> Result<(), RecordError> {
+        (**self).finish(sim)
+    }
+    fn files(&self) -> Vec<PathBuf> {
+        (**self).files()
     }
 }
 

@@ -1,8 +1,8 @@
 //! The driver: from record time to record time until the end.
 
-use super::{RecordError, Sink};
+use super::{RecordError, Recorder, Sink};
 use crate::Simulation;
-use crate::component::StepError;
+use crate::component::{Report, StepError};
 
 /// What a run did.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,10 +17,21 @@ pub struct Summary {
     pub iterations: u64,
     /// Smallest substep \[s\]; infinite where none was taken.
     pub smallest_step: f64,
-    /// Particle frames offered to the sinks, the first one included.
-    pub frames: u64,
-    /// Rows of energies and probes offered to the sinks, the first one included.
-    pub rows: u64,
+}
+
+impl Summary {
+    /// Of a run that starts at `start` \[s\].
+    pub fn new(start: f64) -> Self {
+        Self { start, end: start, substeps: 0, iterations: 0, smallest_step: f64::INFINITY }
+    }
+
+    /// Counts a step in.
+    pub fn add(&mut self, report: &Report) {
+        self.end = report.time;
+        self.substeps += report.substeps;
+        self.iterations += report.iterations;
+        self.smallest_step = self.smallest_step.min(report.smallest_step);
+    }
 }
 
 /// Where a run is, for a progress bar.
@@ -49,19 +60,18 @@ pub enum RunError {
 }
 
 /// Steps `sim` from where it is to the time `until` \[s\] and offers frames and rows to `sinks` on the way, at the whole multiples
-/// of `record.every` and `record.history` of its scene, at the start and at the end. `progress` is called after every stop.
+/// of `record.every` and `record.history` of its scene, at the start and at the end. `progress` is called at the start and after every
+/// stop.
+///
+/// # Errors
+/// A sink that cannot be opened or written, a step that cannot be done.
 pub fn run(sim: &mut Simulation, until: f64, sinks: &mut [&mut dyn Sink], progress: &mut dyn FnMut(Progress)) -> Result<Summary, RunError> {
-    for sink in sinks.iter_mut() {
-        sink.begin(sim).map_err(RunError::Begin)?;
-    }
-    let mut summary =
-        Summary { start: sim.time(), end: sim.time(), substeps: 0, iterations: 0, smallest_step: f64::INFINITY, frames: 0, rows: 0 };
-    let outcome = step_and_record(sim, until, sinks, progress, &mut summary);
+    let sinks: Vec<Box<dyn Sink + '_>> = sinks.iter_mut().map(|sink| Box::new(&mut **sink) as Box<dyn Sink + '_>).collect();
+    let mut recorder = Recorder::begin(sim, sinks, None, None).map_err(RunError::Begin)?;
+    let mut summary = Summary::new(sim.time());
+    let outcome = step_and_record(sim, until, &mut recorder, progress, &mut summary);
     // After a failure too: what was recorded so far stays valid. The first error is the one worth telling.
-    let mut finished = Ok(());
-    for sink in sinks.iter_mut() {
-        finished = finished.and(sink.finish(sim));
-    }
+    let finished = recorder.finish(sim);
     outcome?;
     finished.map_err(RunError::Record)?;
     Ok(summary)
@@ -70,122 +80,19 @@ pub fn run(sim: &mut Simulation, until: f64, sinks: &mut [&mut dyn Sink], progre
 fn step_and_record(
     sim: &mut Simulation,
     until: f64,
-    sinks: &mut [&mut dyn Sink],
+    recorder: &mut Recorder<'_>,
     progress: &mut dyn FnMut(Progress),
     summary: &mut Summary,
 ) -> Result<(), RunError> {
-    let record = &sim.scene().record;
-    let every = record.every.unwrap_or(sim.scene().time.end / 100.0);
-    let mut stops = Stops::new(sim.time(), until, every, record.history.unwrap_or(every));
-    let mut stop = Stop { time: sim.time(), frame: true, row: true };
+    let start = sim.steps();
     loop {
-        for sink in sinks.iter_mut() {
-            if stop.row {
-                sink.history(sim, summary.substeps).map_err(RunError::Record)?;
-            }
-            if stop.frame {
-                sink.frame(sim, summary.substeps).map_err(RunError::Record)?;
-            }
+        progress(Progress { time: sim.time(), until, substeps: sim.steps() - start });
+        if sim.time() >= until {
+            return Ok(());
         }
-        summary.rows += u64::from(stop.row);
-        summary.frames += u64::from(stop.frame);
-        progress(Progress { time: sim.time(), until, substeps: summary.substeps });
-        let Some(next) = stops.next() else { return Ok(()) };
         // From where the simulation is, not from the last stop: round-off does not add up.
-        let report = sim.step(next.time - sim.time())?;
-        summary.end = report.time;
-        summary.substeps += report.substeps;
-        summary.iterations += report.iterations;
-        summary.smallest_step = summary.smallest_step.min(report.smallest_step);
-        stop = next;
-    }
-}
-
-/// A time at which something is recorded.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Stop {
-    time: f64,
-    frame: bool,
-    row: bool,
-}
-
-/// The record times after the start, in order: whole multiples of two periods, then the end.
-struct Stops {
-    frames: Ticks,
-    rows: Ticks,
-    until: f64,
-    done: bool,
-}
-
-impl Stops {
-    fn new(start: f64, until: f64, every: f64, history: f64) -> Self {
-        Self { frames: Ticks::after(start, every), rows: Ticks::after(start, history), until, done: until <= start }
-    }
-}
-
-impl Iterator for Stops {
-    type Item = Stop;
-
-    fn next(&mut self) -> Option<Stop> {
-        if self.done {
-            return None;
-        }
-        // Times nearer than this are the same time, written with different round-off: 3 * 0.1 and 0.3.
-        let same = 1e-9 * self.frames.period.min(self.rows.period);
-        let time = self.frames.time().min(self.rows.time());
-        if time >= self.until - same {
-            self.done = true;
-            return Some(Stop { time: self.until, frame: true, row: true });
-        }
-        let stop = Stop { time, frame: self.frames.time() <= time + same, row: self.rows.time() <= time + same };
-        self.frames.index += u64::from(stop.frame);
-        self.rows.index += u64::from(stop.row);
-        Some(stop)
-    }
-}
-
-/// Whole multiples of a period.
-struct Ticks {
-    period: f64,
-    index: u64,
-}
-
-impl Ticks {
-    /// The first multiple after `start` is next.
-    fn after(start: f64, period: f64) -> Self {
-        Self { period, index: (start / period + 1e-9).floor() as u64 + 1 }
-    }
-    fn time(&self) -> f64 {
-        self.index as f64 * self.period
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn stops(start: f64, until: f64, every: f64, history: f64) -> Vec<(f64, bool, bool)> {
-        Stops::new(start, until, every, history).map(|s| (s.time, s.frame, s.row)).collect()
-    }
-
-    #[test]
-    fn multiples_of_both_periods_and_the_end() {
-        let expected = [(0.25, false, true), (0.5, true, true), (0.75, false, true), (1.0, true, true), (1.1, true, true)];
-        assert_eq!(stops(0.0, 1.1, 0.5, 0.25), expected);
-    }
-
-    #[test]
-    fn round_off_makes_no_stop_of_its_own() {
-        // 3 * 0.1 is not 0.3 in binary, and 30 * 0.1 is not 3.
-        let all = stops(0.0, 3.0, 0.1, 0.3);
-        assert_eq!(all.len(), 30);
-        assert_eq!(all.iter().filter(|s| s.2).count(), 10);
-        assert_eq!(all.last(), Some(&(3.0, true, true)));
-    }
-
-    #[test]
-    fn goes_on_from_any_time_and_stops_at_once_when_there() {
-        assert_eq!(stops(0.3, 0.45, 0.1, 0.1), [(0.4, true, true), (0.45, true, true)]);
-        assert_eq!(stops(1.0, 1.0, 0.1, 0.1), []);
+        let report = sim.step(recorder.next(until) - sim.time())?;
+        summary.add(&report);
+        recorder.offer(sim).map_err(RunError::Record)?;
     }
 }

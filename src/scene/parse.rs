@@ -94,9 +94,17 @@ fn read_file(path: &Path) -> Result<(String, Format), SceneError> {
     Ok((text, format))
 }
 
-/// Gives faults that were found when the scene of a file was built the places of their fields in the file.
-pub(crate) fn place_again(path: &Path, overrides: &[(String, String)], error: SceneError) -> SceneError {
-    let SceneError::Faults { faults: found, .. } = error else { return error };
+impl SceneError {
+    /// Gives faults that were found when the scene of a file was built the places of their fields in the file; `overrides` are those that
+    /// it was loaded with.
+    #[must_use]
+    pub fn in_file(self, path: &Path, overrides: &[(String, String)]) -> Self {
+        let Self::Faults { faults: found, .. } = self else { return self };
+        place_again(path, overrides, found)
+    }
+}
+
+fn place_again(path: &Path, overrides: &[(String, String)], found: Vec<Fault>) -> SceneError {
     let Ok((text, format)) = read_file(path) else { return faults(Some(path), found) };
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let parsed = match format {

@@ -1,9 +1,7 @@
-//! Numbers and tables for people.
-
-use std::io::Write;
+//! Numbers and tables for people: what the command line and other adapters print.
 
 /// A value with an SI prefix and four digits: `1.235 ms`. A unit that begins with a prefix (kg) takes no second one.
-pub(crate) fn si(value: f64, unit: &str) -> String {
+pub fn si(value: f64, unit: &str) -> String {
     if unit.starts_with("kg") {
         return format!("{} {unit}", digits(value));
     }
@@ -16,25 +14,25 @@ pub(crate) fn si(value: f64, unit: &str) -> String {
 }
 
 /// Four significant digits without trailing zeros.
-pub(crate) fn digits(value: f64) -> String {
+pub fn digits(value: f64) -> String {
     let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
     if rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) { format!("{rounded}") } else { format!("{rounded:e}") }
 }
 
 /// How fast particles are stepped.
-pub(crate) fn rate(particle_steps_a_second: f64) -> String {
+pub fn rate(particle_steps_a_second: f64) -> String {
     format!("{} million particle-steps/s", digits(1e-6 * particle_steps_a_second))
 }
 
 /// Memory in binary units.
-pub(crate) fn bytes(count: usize) -> String {
+pub fn bytes(count: usize) -> String {
     const UNITS: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
     let power = UNITS.iter().enumerate().rev().map(|(i, _)| i).find(|&i| count >> (10 * i) > 0).unwrap_or(0);
     format!("{} {}", digits(count as f64 / (1u64 << (10 * power)) as f64), UNITS[power])
 }
 
 /// A duration as `0.25 s`, `12.5 s`, `3 min 20 s` or `2 h 5 min`.
-pub(crate) fn duration(seconds: f64) -> String {
+pub fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 60.0 => format!("{} s", digits(s)),
         s if s < 3600.0 => format!("{} min {} s", (s / 60.0) as u64, (s % 60.0) as u64),
@@ -43,7 +41,7 @@ pub(crate) fn duration(seconds: f64) -> String {
 }
 
 /// A number with a thin mark every three digits: `1 234 567`.
-pub(crate) fn grouped(count: u64) -> String {
+pub fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
     for (i, digit) in digits.chars().enumerate() {
@@ -56,22 +54,22 @@ pub(crate) fn grouped(count: u64) -> String {
 }
 
 /// Lines of a name and a value, the values below each other.
-pub(crate) fn pairs<'a>(out: &mut impl Write, rows: impl IntoIterator<Item = (&'a str, String)>) -> std::io::Result<()> {
+pub fn pairs<'a>(rows: impl IntoIterator<Item = (&'a str, String)>) -> String {
     let rows: Vec<_> = rows.into_iter().collect();
     let width = rows.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
-    rows.iter().try_for_each(|(name, value)| writeln!(out, "  {name:width$}  {value}"))
+    rows.iter().map(|(name, value)| format!("  {name:width$}  {value}\n")).collect()
 }
 
 /// A table with a header line; every column but the last is as wide as its widest cell.
-pub(crate) fn table<const N: usize>(out: &mut impl Write, header: [&str; N], rows: &[[String; N]]) -> std::io::Result<()> {
+pub fn table<const N: usize>(header: [&str; N], rows: &[[String; N]]) -> String {
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).chain([header[column].len()]).max().unwrap_or(0);
     let widths: [usize; N] = std::array::from_fn(|column| if column + 1 < N { width(column) } else { 0 });
-    let mut line = |cells: [&str; N]| {
+    let line = |cells: [&str; N]| {
         let cells: Vec<String> = cells.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}")).collect();
-        writeln!(out, "  {}", cells.join("  ").trim_end())
+        format!("  {}\n", cells.join("  ").trim_end())
     };
-    line(header)?;
-    rows.iter().try_for_each(|row| line(std::array::from_fn(|column| row[column].as_str())))
+    let rows = rows.iter().map(|row| line(std::array::from_fn(|column| row[column].as_str())));
+    std::iter::once(line(header)).chain(rows).collect()
 }
 
 #[cfg(test)]
