@@ -102,10 +102,10 @@ class Peer:
         self.spin(0.5)  # the server must have found our reader too
         return client
 
-    def call(self, kind, name, within=PATIENCE, **request):
-        client = self.client(kind, name) if isinstance(name, str) else name
+    def call(self, kind, service, /, within=PATIENCE, **request):
+        client = self.client(kind, service) if isinstance(service, str) else service
         future = client.call_async(kind.Request(**request))
-        self.until(future.done, within, f"answer of {name}")
+        self.until(future.done, within, f"answer of {service}")
         return future.result()
 
     def close(self):

@@ -1,10 +1,8 @@
 """What real ROS sees of the node."""
 
 import subprocess
-import sys
 
-import pytest
-from conftest import NODE, PATIENCE, ROOT, seconds
+from conftest import NODE, PATIENCE, ROOT
 
 TOPICS = {
     "/clock": "rosgraph_msgs/msg/Clock",
@@ -14,6 +12,10 @@ TOPICS = {
     "/lab/beam/particles": "sensor_msgs/msg/PointCloud2",
     "/lab/beam/scene": "matpoint_msgs/msg/SceneDescription",
     "/lab/beam/state": "matpoint_msgs/msg/ComponentState",
+}
+ACTION_TOPICS = {
+    "/lab/beam/simulate_steps/_action/feedback": "simulation_interfaces/action/SimulateSteps_FeedbackMessage",
+    "/lab/beam/simulate_steps/_action/status": "action_msgs/msg/GoalStatusArray",
 }
 SUBSCRIBED = {"/lab/beam/load/tip": "geometry_msgs/msg/Vector3Stamped", "/lab/beam/command": "matpoint_msgs/msg/LoadCommand"}
 SERVICES = {
@@ -42,13 +44,16 @@ def services():
 
 
 def test_everything_is_seen_with_its_type(start, peer):
+    from rclpy.action import get_action_names_and_types
+
     start(ros_args=["-r", "__ns:=/lab", "-r", "__node:=beam"])
     by_node = peer.node.get_publisher_names_and_types_by_node
     peer.until(lambda: ("beam", "/lab") in peer.node.get_node_names_and_namespaces(), what="node on the graph")
-    peer.until(lambda: len(by_node("beam", "/lab")) >= len(TOPICS), what="publishers")
-    peer.until(lambda: len(peer.node.get_service_names_and_types_by_node("beam", "/lab")) >= len(services()), what="services")
+    peer.until(lambda: len(by_node("beam", "/lab")) >= len(TOPICS) + len(ACTION_TOPICS), what="publishers")
+    peer.until(lambda: len(peer.node.get_service_names_and_types_by_node("beam", "/lab")) >= len(services()) + 3, what="services")
     peer.spin(1.0)
-    assert {n: t for n, [t] in by_node("beam", "/lab")} == TOPICS
+    assert {n: t for n, [t] in by_node("beam", "/lab")} == {**TOPICS, **ACTION_TOPICS}
+    assert ("/lab/beam/simulate_steps", ["simulation_interfaces/action/SimulateSteps"]) in get_action_names_and_types(peer.node)
     assert {n: t for n, [t] in peer.node.get_subscriber_names_and_types_by_node("beam", "/lab")} == SUBSCRIBED
     assert {n: t for n, [t] in peer.node.get_service_names_and_types_by_node("beam", "/lab") if "simulate_steps" not in n} == services()
     # One type on each topic: tools that demand it, such as `ros2 topic echo` without a type, can work.
@@ -67,7 +72,7 @@ def test_types_are_those_of_ros():
         name, field, kind = line.split()
         ours.setdefault(name, {})[field] = kind
     assert len(ours) > 60
-    plain = {"boolean": "bool", "float": "float32", "double": "float64", "octet": "byte"}
+    plain = {"boolean": "bool", "float": "float32", "double": "float64", "octet": "uint8"}
     for name, fields in ours.items():
         package, rest = name.split("/")
         message, _, half = rest.partition(".")
@@ -77,7 +82,8 @@ def test_types_are_those_of_ros():
 
         def ros(text):
             if text.startswith("sequence<"):
-                return ros(text[9:-1]) + "[]"
+                # A bound, as in `sequence<X, 1>`, does not show on the wire.
+                return ros(text[9:-1].split(",")[0]) + "[]"
             word, bracket, size = text.partition("[")
             return plain.get(word, word) + bracket + size
 

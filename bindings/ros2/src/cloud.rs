@@ -77,6 +77,11 @@ impl Layout {
         self.point_step
     }
 
+    /// Points in a message of at most `bytes` bytes of points; one at least.
+    pub fn points_in(&self, bytes: usize) -> usize {
+        (bytes / self.point_step).max(1)
+    }
+
     /// The cloud of every `stride`-th particle.
     ///
     /// # Errors

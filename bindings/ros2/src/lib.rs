@@ -8,9 +8,11 @@
 //! | `node`, `graph` | publishers, subscriptions and services on DDS; who listens |
 //! | `inbox`, `session`, `pace` | the loop that owns the simulation; requests run between its steps |
 //! | `loads`, `cloud`, `state`, `diagnostics` | loads in; particles, state and diagnostics out |
+//! | `recording` | Rerun and CSV while it runs |
 //! | `publish` | the thread that publishes: the newest wins, no subscriber holds up a step |
 //! | `services`, `control`, `action` | services of `matpoint_msgs` and of `simulation_interfaces` |
 
+pub mod action;
 pub mod args;
 pub mod cloud;
 pub mod control;
@@ -26,6 +28,7 @@ pub mod pace;
 pub mod parameter_services;
 pub mod parameters;
 pub mod publish;
+pub mod recording;
 pub mod services;
 pub mod session;
 pub mod start;

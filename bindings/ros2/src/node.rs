@@ -10,8 +10,9 @@ use futures::StreamExt;
 use futures::channel::oneshot;
 use ros2_client::dds::rustdds::policy::{Durability, History, ResourceLimits};
 use ros2_client::dds::rustdds::{DomainParticipantBuilder, Duration as DdsDuration, QosPolicyBuilder, Topic, TopicKind};
+use ros2_client::action::{ActionServerQosPolicies, AsyncActionServer};
 use ros2_client::qos::WhenFull;
-use ros2_client::{Context, Message, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher, QosProfile, ServiceMapping, ServiceTypeName};
+use ros2_client::{ActionTypeName, Context, Message, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher, QosProfile, ServiceMapping, ServiceTypeName};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::sync::Arc;
@@ -161,6 +162,31 @@ impl Ros {
             }
         });
         Ok(())
+    }
+
+    /// Makes a server of an action.
+    ///
+    /// # Errors
+    /// A remap to what is no name; DDS refuses.
+    pub fn action_server<G, R, F>(
+        &mut self,
+        name: &str,
+        kind: &ActionTypeName,
+        policies: ActionServerQosPolicies,
+    ) -> Result<AsyncActionServer<G, R, F>, NodeError>
+    where
+        G: Message + Clone + 'static,
+        R: Message + Clone + 'static,
+        F: Message + 'static,
+    {
+        let place = self.place(name)?;
+        let server = self.node.create_action_server(ServiceMapping::Enhanced, &place, kind, policies).map_err(NodeError::dds(name))?;
+        Ok(AsyncActionServer::new(server))
+    }
+
+    /// The way to bring requests.
+    pub fn inbox(&self) -> Inbox {
+        self.inbox.clone()
     }
 
     /// Runs a task for as long as the node lives.

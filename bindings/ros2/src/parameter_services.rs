@@ -49,6 +49,7 @@ fn set(session: &mut Session, parameters: Vec<Parameter>) -> Result<(), String> 
     let names: Vec<String> = changes.iter().map(|c| c.0.clone()).collect();
     session.parameters.set(changes, false).map_err(|error| error.to_string())?;
     session.resume();
+    let recorded = if names.iter().any(|name| name == "record") { session.follow_record_parameter().map(drop) } else { Ok(()) };
     let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default().as_secs_f64();
     let changed_parameters: Vec<_> = names.iter().map(|name| session.parameters.message(name)).collect();
     session.outlets.log(Level::Debug, format!("set {}", names.join(", ")));
@@ -58,7 +59,7 @@ fn set(session: &mut Session, parameters: Vec<Parameter>) -> Result<(), String> 
         changed_parameters,
         ..Default::default()
     });
-    Ok(())
+    recorded
 }
 
 /// Names under `prefixes`, at most `depth` dots deeper; all for depth 0.
@@ -85,7 +86,7 @@ mod tests {
         let parameters = Parameters::default();
         let all = list(&parameters, &[], 0);
         assert_eq!(all.names.len(), parameters.names().count());
-        assert_eq!(all.prefixes, ["command", "particles", "state"]);
+        assert_eq!(all.prefixes, ["command", "particles", "record", "state"]);
         assert!(list(&parameters, &[], 1).names.iter().all(|n| !n.contains('.')));
         assert_eq!(list(&parameters, &["state".into()], 0).names, ["state.rate", "state.reliability"]);
         assert_eq!(list(&parameters, &["step".into()], 1).names, ["step"]);

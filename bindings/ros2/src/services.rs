@@ -1,4 +1,4 @@
-//! The services of `matpoint_msgs`: describe, get, set, save, restore, record.
+//! The services of `matpoint_msgs`: describe, get, set, save, restore.
 
 use crate::interfaces::matpoint::*;
 use crate::interfaces::{Bytes, Empty};

@@ -13,6 +13,7 @@ use crate::publish::{Cloud, Outlets};
 use crate::state::Watched;
 use matpoint::Simulation;
 use matpoint::component::{ComponentError, Description};
+use matpoint::record::Recorder;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
@@ -67,6 +68,8 @@ pub struct Session {
     pub steps: u64,
     /// Why the simulation cannot go on.
     pub fault: Option<String>,
+    /// Recording under way and where it goes.
+    pub recording: Option<(String, Recorder<'static>)>,
     stepping: Option<Stepping>,
     watch: Arc<Watch>,
     substeps: u64,
@@ -93,6 +96,7 @@ impl Session {
             pace: Pace::new(settings.real_time_factor, Instant::now(), sim.time()),
             tickers: Default::default(),
             stepping: None,
+            recording: None,
             fault: None,
             steps: 0,
             substeps: 0,
@@ -114,6 +118,9 @@ impl Session {
 
     /// Runs until it is told to quit or nobody is left who could tell.
     pub fn run(&mut self, inbox: &Receiver<Request>) {
+        if let Err(error) = self.follow_record_parameter() {
+            self.outlets.log(Level::Error, error);
+        }
         self.resume();
         let mut heartbeat = Instant::now();
         while self.running != Running::Quitting {
@@ -130,7 +137,7 @@ impl Session {
                 match inbox.recv_timeout(wait) {
                     Ok(request) => request(self),
                     Err(RecvTimeoutError::Timeout) => break,
-                    Err(RecvTimeoutError::Disconnected) => return,
+                    Err(RecvTimeoutError::Disconnected) => self.running = Running::Quitting,
                 }
                 if self.running == Running::Quitting {
                     break;
@@ -141,6 +148,9 @@ impl Session {
             }
         }
         self.finish_stepping(Err("the simulator is quitting".into()));
+        if let Err(error) = self.end_recording() {
+            self.outlets.log(Level::Error, error);
+        }
     }
 
     /// When the next step is due; `None` while time stands still.
@@ -169,6 +179,7 @@ impl Session {
                 {
                     self.behind(lost);
                 }
+                self.record();
                 self.publish(false);
                 self.progress();
             }
@@ -247,6 +258,7 @@ impl Session {
         (self.steps, self.substeps, self.fault) = (0, 0, None);
         self.tickers = Default::default();
         self.resume();
+        self.record();
         self.publish(true);
     }
 
@@ -300,7 +312,7 @@ impl Session {
         let (particles, dimension) = (self.description.particles, self.description.dimension);
         let settings = &self.parameters.settings;
         let stride = match settings.mode {
-            Mode::Strided => settings.stride.max(cloud::stride(particles, settings.max_points)),
+            Mode::Strided => settings.stride.max(cloud::stride(particles, self.layout.points_in(settings.max_bytes))),
             Mode::Whole | Mode::Tiles => 1,
         };
         if stride > 1 && settings.stride == 0 && !self.thinned {
@@ -317,7 +329,7 @@ impl Session {
             (_, factor) if factor > 0.0 => settings.step / factor,
             _ => 1.0 / 60.0,
         };
-        let tiles = (settings.mode == Mode::Tiles).then(|| (settings.max_points, Duration::from_secs_f64(0.9 * period)));
+        let tiles = (settings.mode == Mode::Tiles).then(|| (self.layout.points_in(settings.max_bytes), Duration::from_secs_f64(0.9 * period)));
         let header = self.header();
         let message = self.layout.build(&mut self.sim, dimension, stride, header)?;
         self.outlets.cloud(Cloud { message, layout: self.layout.clone(), tiles });

@@ -12,7 +12,7 @@ use crate::node::{NodeError, Quality, Receiving, Ros};
 use crate::parameters::{Mode, ParameterError, Parameters, Settings};
 use crate::publish::{Outlets, Publishers};
 use crate::session::Session;
-use crate::{cloud, control, parameter_services, services, state};
+use crate::{action, cloud, control, parameter_services, recording, services, state};
 use matpoint::Simulation;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
@@ -74,6 +74,8 @@ pub fn start(sim: Simulation, args: &RosArgs) -> Result<Started, StartError> {
     parameter_services::serve(&mut ros)?;
     control::serve(&mut ros)?;
     services::serve(&mut ros)?;
+    recording::serve(&mut ros)?;
+    action::serve(&mut ros)?;
     ros.follow()?;
     let session = Session::new(sim, parameters, outlets, ros.watch.clone(), tally, names.full());
     for name in &network.ignored {
@@ -99,14 +101,14 @@ impl Started {
 }
 
 fn publishers(ros: &mut Ros, settings: &Settings, particles: usize) -> Result<Publishers, NodeError> {
-    let points = match settings.mode {
-        Mode::Whole => particles,
-        Mode::Strided | Mode::Tiles => particles.min(settings.max_points),
+    let all = cloud::Layout::new(&crate::parameters::FIELDS.map(str::to_owned));
+    let most = match settings.mode {
+        Mode::Whole => particles * all.point_step(),
+        Mode::Strided | Mode::Tiles => settings.max_bytes,
     };
-    let most = cloud::Layout::new(&crate::parameters::FIELDS.map(str::to_owned)).point_step() * points;
     // A reliable subscriber that does not answer costs at most this much memory.
     let unanswered = ((32 << 20) / most.max(1)).clamp(8, 256);
-    let tiles = if settings.mode == Mode::Tiles { particles.div_ceil(settings.max_points) } else { 1 };
+    let tiles = if settings.mode == Mode::Tiles { (particles * all.point_step()).div_ceil(settings.max_bytes) } else { 1 };
     let cloud = Quality { reliable: settings.particles_reliable, depth: 5 * tiles, latched: false, unanswered: unanswered.max(5 * tiles) };
     let state = Quality { reliable: settings.state_reliable, ..Quality::RELIABLE };
     let latched = Quality { latched: true, depth: 1, ..Quality::RELIABLE };
