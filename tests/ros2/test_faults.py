@@ -139,6 +139,7 @@ def test_stopping_finishes_the_step_and_leaves_the_graph(start, peer):
     for number in (signal.SIGINT, signal.SIGTERM):
         node = start()
         peer.until(lambda: "matpoint" in peer.node.get_node_names(), what="node on the graph")
+        peer.spin(1.5)  # the endpoints that carry the news of its end must have found each other
         begin = time.monotonic()
         assert node.stop(number) == 0
         stopped = time.monotonic() - begin

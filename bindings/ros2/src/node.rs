@@ -247,7 +247,7 @@ impl Ros {
         drop(executor);
         drop(node);
         // The news that the node is gone must leave before the participant does.
-        std::thread::sleep(std::time::Duration::from_millis(50));
+        std::thread::sleep(std::time::Duration::from_millis(100));
         drop(context);
     }
 
