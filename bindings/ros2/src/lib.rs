@@ -5,6 +5,7 @@
 //! | `args`, `names`, `network` | what a ROS user says: arguments, names and remaps, variables |
 //! | `parameters`, `parameter_services` | the table of parameters, and `ros2 param` |
 //! | `interfaces` | the types of all messages, checked against their files |
+//! | `reply` | answers to calls, of any size |
 //! | `node`, `graph` | publishers, subscriptions and services on DDS; who listens |
 //! | `inbox`, `session`, `pace` | the loop that owns the simulation; requests run between its steps |
 //! | `loads`, `cloud`, `state`, `diagnostics` | loads in; particles, state and diagnostics out |
@@ -29,6 +30,7 @@ pub mod parameter_services;
 pub mod parameters;
 pub mod publish;
 pub mod recording;
+pub mod reply;
 pub mod services;
 pub mod session;
 pub mod start;

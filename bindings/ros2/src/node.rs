@@ -5,14 +5,14 @@ use crate::graph::{self, Watch};
 use crate::inbox::{Inbox, Reply};
 use crate::names::Names;
 use crate::network::Network;
+use crate::reply::Replies;
 use crate::session::Session;
 use futures::StreamExt;
 use futures::channel::oneshot;
 use ros2_client::dds::rustdds::policy::{Durability, History, ResourceLimits};
-use ros2_client::dds::rustdds::{DomainParticipantBuilder, Duration as DdsDuration, QosPolicyBuilder, Topic, TopicKind};
+use ros2_client::dds::rustdds::{DomainParticipantBuilder, Duration as DdsDuration, QosPolicyBuilder, SequenceNumber, Topic, TopicKind};
 use ros2_client::action::{ActionServerQosPolicies, AsyncActionServer};
-use ros2_client::qos::WhenFull;
-use ros2_client::{ActionTypeName, Context, Message, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher, QosProfile, ServiceMapping, ServiceTypeName};
+use ros2_client::{ActionTypeName, Context, Message, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher, RmwRequestId, ServiceMapping};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::sync::Arc;
@@ -139,25 +139,35 @@ impl Ros {
         Req: Message + Clone + Send + Sync + 'static,
         Resp: Message + Send + Sync + 'static,
     {
-        let quality = QosProfile::publisher_default()
-            .history(ros2_client::qos::History::KeepLast { depth: 10 })
-            .reliability_reliable(WhenFull::DEFAULT);
-        let place = self.place(name)?;
-        let kind = ServiceTypeName::new(package, service);
-        // The one mapping that Fast DDS answers to.
-        let server = self
-            .node
-            .create_server::<Req, Resp>(ServiceMapping::Enhanced, &place, &kind, quality.clone(), quality)
-            .map_err(NodeError::dds(name))?;
+        let quality = QosPolicyBuilder::new()
+            .durability(Durability::Volatile)
+            .reliable(DdsDuration::ZERO)
+            .history(History::KeepLast { depth: 10 })
+            .build();
+        let full = self.names.resolve(name)?;
+        let participant = self.context.domain_participant();
+        let topic = |prefix: &str, suffix: &str, kind: &str| {
+            let kind = format!("{package}::srv::dds_::{service}_{kind}_");
+            participant.create_topic(format!("{prefix}{full}{suffix}"), kind, &quality, TopicKind::NoKey).map_err(NodeError::dds(name))
+        };
+        let (requests, replies) = (topic("rq", "Request", "Request")?, topic("rr", "Reply", "Response")?);
+        let requests = self.node.create_subscription::<Req>(&requests, None).map_err(NodeError::dds(name))?;
+        let replies = Replies::new(participant.clone(), &replies, format!("rr{full}Reply"), &quality)?;
         let inbox = self.inbox.clone();
         self.spawn(async move {
-            let mut requests = Box::pin(server.receive_request_stream());
-            while let Some(received) = requests.next().await {
-                let Ok((id, request)) = received else { continue };
+            let mut stream = Box::pin(requests.async_stream());
+            while let Some(received) = stream.next().await {
+                let Ok((request, info)) = received else { continue };
+                // Fast DDS names the call by the client's own identity, and may leave its number open.
+                let own = RmwRequestId { writer_gid: info.publisher_gid(), sequence_number: info.sequence_number() };
+                let mut id = info.related_request_id().unwrap_or(own);
+                if id.sequence_number == i64::from(SequenceNumber::UNKNOWN) {
+                    id.sequence_number = own.sequence_number;
+                }
                 let (reply, answer) = oneshot::channel();
                 inbox.send(Box::new(move |session| handle(session, request, Reply(reply)))).await;
                 if let Ok(response) = answer.await {
-                    let _ = server.async_send_response(id, response).await;
+                    replies.send(id, &response);
                 }
             }
         });
