@@ -73,6 +73,7 @@ pub struct Session {
     stepping: Option<Stepping>,
     watch: Arc<Watch>,
     substeps: u64,
+    heartbeat: Instant,
     pace: Pace,
     tickers: [Ticker; 2],
     layout: Arc<Layout>,
@@ -100,6 +101,7 @@ impl Session {
             fault: None,
             steps: 0,
             substeps: 0,
+            heartbeat: Instant::now(),
             triggered: 0,
             thinned: false,
             sim,
@@ -122,34 +124,35 @@ impl Session {
             self.outlets.log(Level::Error, error);
         }
         self.resume();
-        let mut heartbeat = Instant::now();
         while self.running != Running::Quitting {
-            if Instant::now() >= heartbeat {
-                heartbeat = Instant::now() + HEARTBEAT;
-                self.heartbeat();
-            }
-            for _ in 0..REQUESTS_A_STEP {
-                let wait = self.due().map_or(heartbeat, |due| due.min(heartbeat)).saturating_duration_since(Instant::now());
-                // In lock-step each command has a step of its own.
-                if self.triggered > 0 {
-                    break;
-                }
-                match inbox.recv_timeout(wait) {
-                    Ok(request) => request(self),
-                    Err(RecvTimeoutError::Timeout) => break,
-                    Err(RecvTimeoutError::Disconnected) => self.running = Running::Quitting,
-                }
-                if self.running == Running::Quitting {
-                    break;
-                }
-            }
-            if self.due().is_some_and(|due| due <= Instant::now()) {
-                self.advance();
-            }
+            self.turn(inbox);
         }
         self.finish_stepping(Err("the simulator is quitting".into()));
         if let Err(error) = self.end_recording() {
             self.outlets.log(Level::Error, error);
+        }
+    }
+
+    /// One turn of the loop: the requests that came in, and a step if one is due; waits until there is something to do.
+    pub fn turn(&mut self, inbox: &Receiver<Request>) {
+        if Instant::now() >= self.heartbeat {
+            self.heartbeat = Instant::now() + HEARTBEAT;
+            self.beat();
+        }
+        for _ in 0..REQUESTS_A_STEP {
+            // In lock-step each command has a step of its own.
+            if self.triggered > 0 || self.running == Running::Quitting {
+                break;
+            }
+            let until = self.due().map_or(self.heartbeat, |due| due.min(self.heartbeat));
+            match inbox.recv_timeout(until.saturating_duration_since(Instant::now())) {
+                Ok(request) => request(self),
+                Err(RecvTimeoutError::Timeout) => break,
+                Err(RecvTimeoutError::Disconnected) => self.running = Running::Quitting,
+            }
+        }
+        if self.due().is_some_and(|due| due <= Instant::now()) {
+            self.advance();
         }
     }
 
@@ -336,7 +339,7 @@ impl Session {
         Ok(())
     }
 
-    fn heartbeat(&mut self) {
+    fn beat(&mut self) {
         if self.tally.same_name.once(self.watch.same_name.load(std::sync::atomic::Ordering::Relaxed)) {
             let text = format!("another node is named {} (one that was killed is remembered for up to 50 s); give one of them --ros-args -r __node:=NAME", self.name);
             self.outlets.log(Level::Warn, text);
