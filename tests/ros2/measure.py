@@ -26,7 +26,7 @@ def header():
 
 def bar(points, mode, reliability, hz=HZ, seconds=8, buffer=False):
     parameters = {"step": SLOW / hz, "real_time_factor": SLOW, "particles.mode": mode, "particles.fields": "[id]"}
-    args = ["--set", f"grid.cell={5.0 / points}"]
+    args = ["--set", f"grid.cell={5.0 / points}", "--threads", "1"]
     tiles = -(-points // 5000) if mode == "tiles" else 1
     got, _ = receive(next(DOMAINS), "bar.toml", parameters, reliability, seconds, args, depth=5 * tiles, buffer=buffer)
     note = ", receive buffer 4 MiB" if buffer else ""

@@ -20,14 +20,15 @@ def test_5000_particles_at_60_hz_for_10_s_with_a_default_receiver(domain, reliab
 
 
 def test_100000_particles_in_tiles_with_a_default_receiver(domain):
-    # 1e5 particles take a step in about 10 ms here; simulated time is slow so that the solver has one substep to do.
-    factor = 1e-3
-    parameters = {"step": STEP * factor, "real_time_factor": factor, "particles.mode": "tiles", "particles.fields": "[id]"}
-    got, node = receive(domain, "bar.toml", parameters, "best_effort", 8, depth=100)
-    whole, rate = share(got), got["count"] / got["wall"]
-    print(f"100,000 points in tiles: {100 * whole:.2f} %, {rate:.0f} messages/s, latency median {got['median']:.2f} p99 {got['p99']:.2f} ms")
-    assert got["widths"] == [5000] and got["whole"]
-    assert whole > 0.9 and got["median"] < 20.0, "99.5 % and 2 ms on a quiet machine (measure.py)"
+    # 1e5 particles take a step in about 5 ms here; simulated time is slow so that the solver has one substep to do. 20 Hz are 400 messages
+    # a second, which Python can take on a machine that others use too; measure.py does it at 60 Hz.
+    factor, step = 1e-3, 1e-3 / 20
+    parameters = {"step": step, "real_time_factor": factor, "particles.mode": "tiles", "particles.fields": "[id]"}
+    got, node = receive(domain, "bar.toml", parameters, "best_effort", 6, ["--threads", "1"], depth=100)
+    print(f"100,000 points in tiles at 20 Hz: {100 * share(got):.2f} %, {got['count'] / got['wall']:.0f} messages/s, "
+          f"latency median {got['median']:.2f} p99 {got['p99']:.2f} ms")
+    assert got["widths"] == [5000] and got["whole"] and got["stamps"] == sorted(got["stamps"])
+    assert share(got) > 0.95 and got["median"] < 20.0
 
 
 def test_100000_particles_whole_with_4_mib_to_receive(domain):

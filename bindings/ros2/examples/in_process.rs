@@ -8,7 +8,9 @@ use matpoint::Simulation;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let args: Vec<String> = std::env::args().skip(1).collect();
-    let [scene, step, load, commands, snapshot] = args.as_slice() else { return Err("in_process SCENE STEP LOAD COMMANDS SNAPSHOT".into()) };
+    let [scene, step, load, commands, snapshot] = args.as_slice() else {
+        return Err("in_process SCENE STEP LOAD COMMANDS SNAPSHOT".into());
+    };
     let step: f64 = step.parse()?;
     let mut sim = Simulation::load(scene, &[])?;
     for line in std::fs::read_to_string(commands)?.lines() {

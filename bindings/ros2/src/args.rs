@@ -236,8 +236,7 @@ beam: {ros__parameters: {step: 0.125}}
 ";
         std::fs::write(&file, text).unwrap();
         let names = Names::new("/lab", "beam", Vec::new()).unwrap();
-        let (_, ros) =
-            split(words(&format!("--ros-args --params-file {} -p other:step:=9 -p beam:paused:=true", file.display()))).unwrap();
+        let (_, ros) = split(words(&format!("--ros-args --params-file {} -p other:step:=9 -p beam:paused:=true", file.display()))).unwrap();
         let found = ros.overrides(&names).unwrap();
         std::fs::remove_file(&file).unwrap();
         let all: Vec<_> = found.iter().map(|o| (o.name.as_str(), o.value.clone(), o.exact)).collect();

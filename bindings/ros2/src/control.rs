@@ -47,14 +47,19 @@ pub fn serve(ros: &mut Ros) -> Result<(), NodeError> {
     ros.serve("~/set_simulation_state", PACKAGE, "SetSimulationState", |session, request: SetSimulationStateRequest, reply| {
         reply.send(SetSimulationStateResponse { result: set_state(session, request.state.state) });
     })?;
-    ros.serve("~/step_simulation", PACKAGE, "StepSimulation", |session, request: StepSimulationRequest, reply: Reply<StepSimulationResponse>| {
-        session.start_stepping(Stepping {
-            done: 0,
-            total: request.steps,
-            progress: Box::new(|_, _| true),
-            finish: Box::new(move |how| reply.send(StepSimulationResponse { result: stepped(how) })),
-        });
-    })?;
+    ros.serve(
+        "~/step_simulation",
+        PACKAGE,
+        "StepSimulation",
+        |session, request: StepSimulationRequest, reply: Reply<StepSimulationResponse>| {
+            session.start_stepping(Stepping {
+                done: 0,
+                total: request.steps,
+                progress: Box::new(|_, _| true),
+                finish: Box::new(move |how| reply.send(StepSimulationResponse { result: stepped(how) })),
+            });
+        },
+    )?;
     ros.serve("~/reset_simulation", PACKAGE, "ResetSimulation", |session, request: ResetSimulationRequest, reply| {
         reply.send(ResetSimulationResponse { result: reset(session, request.scope) });
     })?;
@@ -74,7 +79,9 @@ fn set_state(session: &mut Session, target: u8) -> Outcome {
         2 => Running::Paused,
         3 => Running::Quitting,
         4 | 5 => return outcome(INCORRECT_TRANSITION, "there is always one world here"),
-        other => return outcome(INCORRECT_TRANSITION, format!("{other} is no state; states are 0 stopped, 1 playing, 2 paused, 3 quitting")),
+        other => {
+            return outcome(INCORRECT_TRANSITION, format!("{other} is no state; states are 0 stopped, 1 playing, 2 paused, 3 quitting"));
+        }
     };
     if session.running == target {
         return outcome(ALREADY_THERE, "already in that state");

@@ -27,10 +27,10 @@ fn vector(frame: &str, v: [f64; 3]) -> Vector3Stamped {
 #[test]
 fn only_commands_that_fit_are_taken() {
     let (_, rules) = simulation();
-    assert_eq!(rules.loads.iter().map(|l| (l.topic(), l.kind.as_str(), l.components)).collect::<Vec<_>>(), [
-        ("~/load/tip".into(), "traction", 2),
-        ("~/load/top".into(), "pressure", 1)
-    ]);
+    assert_eq!(
+        rules.loads.iter().map(|l| (l.topic(), l.kind.as_str(), l.components)).collect::<Vec<_>>(),
+        [("~/load/tip".into(), "traction", 2), ("~/load/top".into(), "pressure", 1)]
+    );
     assert_eq!(rules.vector(0, &vector("", [1.0, 2.0, 0.0])).unwrap().value, [1.0, 2.0]);
     assert_eq!(rules.vector(1, &vector("map", [1.0, 0.0, 0.0])).unwrap().value, [1.0]);
     assert_eq!(rules.vector(0, &vector("map", [0.0; 3])).unwrap().value, [0.0, 0.0]);

@@ -46,7 +46,8 @@ impl Network {
             Some("0") if get("ROS_AUTOMATIC_DISCOVERY_RANGE").is_none() => false,
             _ => by_range,
         };
-        let ignored = ["ROS_STATIC_PEERS", "ROS_SECURITY_ENABLE"].into_iter().filter(|name| get(name).is_some()).map(str::to_owned).collect();
+        let ignored =
+            ["ROS_STATIC_PEERS", "ROS_SECURITY_ENABLE"].into_iter().filter(|name| get(name).is_some()).map(str::to_owned).collect();
         Ok(Self { domain, local, ignored })
     }
 

@@ -9,10 +9,12 @@ use crate::reply::Replies;
 use crate::session::Session;
 use futures::StreamExt;
 use futures::channel::oneshot;
+use ros2_client::action::{ActionServerQosPolicies, AsyncActionServer};
 use ros2_client::dds::rustdds::policy::{Durability, History, ResourceLimits};
 use ros2_client::dds::rustdds::{DomainParticipantBuilder, Duration as DdsDuration, QosPolicyBuilder, SequenceNumber, Topic, TopicKind};
-use ros2_client::action::{ActionServerQosPolicies, AsyncActionServer};
-use ros2_client::{ActionTypeName, Context, Message, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher, RmwRequestId, ServiceMapping};
+use ros2_client::{
+    ActionTypeName, Context, Message, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher, RmwRequestId, ServiceMapping,
+};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::sync::Arc;
@@ -96,7 +98,13 @@ impl Ros {
     ///
     /// # Errors
     /// A remap to what is no name; DDS refuses.
-    pub fn publisher<M: Serialize>(&mut self, name: &str, package: &str, message: &str, quality: Quality) -> Result<Publisher<M>, NodeError> {
+    pub fn publisher<M: Serialize>(
+        &mut self,
+        name: &str,
+        package: &str,
+        message: &str,
+        quality: Quality,
+    ) -> Result<Publisher<M>, NodeError> {
         let topic = self.topic(name, package, message, quality)?;
         self.node.create_publisher(&topic, None).map_err(NodeError::dds(name))
     }

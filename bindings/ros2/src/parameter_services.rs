@@ -22,10 +22,12 @@ pub fn serve(ros: &mut Ros) -> Result<(), NodeError> {
         reply.send(GetParametersResponse { values: request.names.iter().map(|name| session.parameters.message(name).value).collect() });
     })?;
     ros.serve("~/get_parameter_types", PACKAGE, "GetParameterTypes", |session, request: NamesRequest, reply| {
-        reply.send(GetParameterTypesResponse { types: request.names.iter().map(|name| session.parameters.describe(name).r#type).collect() });
+        reply
+            .send(GetParameterTypesResponse { types: request.names.iter().map(|name| session.parameters.describe(name).r#type).collect() });
     })?;
     ros.serve("~/describe_parameters", PACKAGE, "DescribeParameters", |session, request: NamesRequest, reply| {
-        reply.send(DescribeParametersResponse { descriptors: request.names.iter().map(|name| session.parameters.describe(name)).collect() });
+        reply
+            .send(DescribeParametersResponse { descriptors: request.names.iter().map(|name| session.parameters.describe(name)).collect() });
     })?;
     ros.serve("~/set_parameters", PACKAGE, "SetParameters", |session, request: SetParametersRequest, reply| {
         let results = request.parameters.into_iter().map(|parameter| result(set(session, vec![parameter]))).collect();
@@ -69,7 +71,9 @@ fn list(parameters: &Parameters, prefixes: &[String], depth: u64) -> ListParamet
         if prefixes.is_empty() {
             return deep(name);
         }
-        prefixes.iter().any(|prefix| name == prefix || name.strip_prefix(prefix.as_str()).and_then(|r| r.strip_prefix('.')).is_some_and(deep))
+        prefixes
+            .iter()
+            .any(|prefix| name == prefix || name.strip_prefix(prefix.as_str()).and_then(|r| r.strip_prefix('.')).is_some_and(deep))
     };
     let names: Vec<String> = parameters.names().filter(|name| fits(name)).map(str::to_owned).collect();
     let mut prefixes: Vec<String> = names.iter().filter_map(|name| Some(name.rsplit_once('.')?.0.to_owned())).collect();

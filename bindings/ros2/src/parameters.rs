@@ -41,24 +41,84 @@ fn declared() -> Vec<Declared> {
     const RELIABILITY: Allowed = Words(&["reliable", "best_effort"]);
     let text = |t: &str| Value::Text(t.into());
     let rows = [
-        ("command.after", text("decay"), Words(&["decay", "hold"]), false, "what a load does when its command has timed out: decay to zero, or hold its value"),
-        ("command.decay", Value::Double(0.0), Doubles(0.0, 1e6), false, "simulated time in which a load whose command has timed out goes to zero [s]; 0: at once"),
-        ("command.timeout", Value::Double(0.5), Doubles(0.0, 1e9), false, "simulated time for which a command holds, unless it says so itself [s]; 0: for ever"),
+        (
+            "command.after",
+            text("decay"),
+            Words(&["decay", "hold"]),
+            false,
+            "what a load does when its command has timed out: decay to zero, or hold its value",
+        ),
+        (
+            "command.decay",
+            Value::Double(0.0),
+            Doubles(0.0, 1e6),
+            false,
+            "simulated time in which a load whose command has timed out goes to zero [s]; 0: at once",
+        ),
+        (
+            "command.timeout",
+            Value::Double(0.5),
+            Doubles(0.0, 1e9),
+            false,
+            "simulated time for which a command holds, unless it says so itself [s]; 0: for ever",
+        ),
         ("frame_id", text("map"), Any, true, "frame of all positions and vectors"),
-        ("lock_step", Value::Bool(false), Any, false, "one communication step for each load command, none without; real_time_factor is not used"),
-        ("particles.fields", Value::Texts(vec!["von_mises".into()]), Words(&FIELDS), false, "columns of ~/particles beside x, y, z: any of velocity, von_mises, pressure, displacement, body, id"),
-        ("particles.max_bytes", Value::Integer(80_000), Integers(64, 1_000_000_000), true, "most bytes of points in a message: of a strided cloud, or of a tile; receivers with default buffers lose larger ones"),
-        ("particles.mode", text("strided"), Words(&["strided", "whole", "tiles"]), true, "~/particles: every n-th particle, all in one message, or all in messages of max_bytes that share a stamp"),
+        (
+            "lock_step",
+            Value::Bool(false),
+            Any,
+            false,
+            "one communication step for each load command, none without; real_time_factor is not used",
+        ),
+        (
+            "particles.fields",
+            Value::Texts(vec!["von_mises".into()]),
+            Words(&FIELDS),
+            false,
+            "columns of ~/particles beside x, y, z: any of velocity, von_mises, pressure, displacement, body, id",
+        ),
+        (
+            "particles.max_bytes",
+            Value::Integer(80_000),
+            Integers(64, 1_000_000_000),
+            true,
+            "most bytes of points in a message: of a strided cloud, or of a tile; receivers with default buffers lose larger ones",
+        ),
+        (
+            "particles.mode",
+            text("strided"),
+            Words(&["strided", "whole", "tiles"]),
+            true,
+            "~/particles: every n-th particle, all in one message, or all in messages of max_bytes that share a stamp",
+        ),
         ("particles.rate", Value::Double(30.0), Doubles(0.0, 1e4), false, "clouds a second [Hz]; 0: one each communication step"),
         ("particles.reliability", text("reliable"), RELIABILITY, true, "quality of service of ~/particles; tiles are always best effort"),
-        ("particles.stride", Value::Integer(0), Integers(0, 10_000_000), false, "in mode strided, every n-th particle; 0: the smallest that keeps to max_bytes"),
+        (
+            "particles.stride",
+            Value::Integer(0),
+            Integers(0, 10_000_000),
+            false,
+            "in mode strided, every n-th particle; 0: the smallest that keeps to max_bytes",
+        ),
         ("paused", Value::Bool(false), Any, true, "wait for simulation_interfaces before the first step"),
         ("real_time_factor", Value::Double(1.0), Doubles(0.0, 1e6), false, "simulated over wall time [-]; 0: as fast as it can"),
         ("record", text(""), Any, false, "recording under way: FILE.rrd, or a folder for CSV; empty: none"),
-        ("record.every", Value::Double(0.0), Doubles(0.0, 1e9), false, "simulated time between two frames of a recording that begins [s]; 0: what the scene says"),
+        (
+            "record.every",
+            Value::Double(0.0),
+            Doubles(0.0, 1e9),
+            false,
+            "simulated time between two frames of a recording that begins [s]; 0: what the scene says",
+        ),
         ("state.rate", Value::Double(0.0), Doubles(0.0, 1e4), false, "messages a second on ~/state [Hz]; 0: one each communication step"),
         ("state.reliability", text("reliable"), RELIABILITY, true, "quality of service of ~/state"),
-        ("step", Value::Double(0.01), Doubles(1e-9, 1e3), false, "communication step: simulated time between two states, with as many substeps as it takes [s]"),
+        (
+            "step",
+            Value::Double(0.01),
+            Doubles(1e-9, 1e3),
+            false,
+            "communication step: simulated time between two states, with as many substeps as it takes [s]",
+        ),
         ("use_sim_time", Value::Bool(false), Any, false, "without effect: this node is the source of /clock"),
     ];
     rows.map(|(name, default, allowed, read_only, doc)| Declared { name, default, allowed, read_only, doc }).into()
@@ -346,11 +406,17 @@ mod tests {
     fn values_are_checked_and_errors_name_all_of_it() {
         assert_eq!(set("step", Value::Integer(2)).unwrap().step, 2.0);
         assert_eq!(set("step", Value::Double(0.0)).unwrap_err(), "parameter `step` is 0; allowed is a number from 0.000000001 to 1000");
-        assert_eq!(set("step", Value::Double(f64::NAN)).unwrap_err(), "parameter `step` is NaN; allowed is a number from 0.000000001 to 1000");
+        assert_eq!(
+            set("step", Value::Double(f64::NAN)).unwrap_err(),
+            "parameter `step` is NaN; allowed is a number from 0.000000001 to 1000"
+        );
         assert_eq!(set("stepp", Value::Double(1.0)).unwrap_err(), "no parameter `stepp`; did you mean `step`?");
         assert_eq!(set("lock_step", Value::Double(1.0)).unwrap_err(), "parameter `lock_step` is a bool, not a double");
         assert_eq!(set("paused", Value::Bool(true)).unwrap_err(), "parameter `paused` can only be set when the node starts");
-        assert_eq!(set("command.after", Value::Text("x".into())).unwrap_err(), "parameter `command.after` is `x`; allowed is any of decay, hold");
+        assert_eq!(
+            set("command.after", Value::Text("x".into())).unwrap_err(),
+            "parameter `command.after` is `x`; allowed is any of decay, hold"
+        );
         let fields = set("particles.fields", Value::Texts(vec!["id".into(), "mass".into()]));
         assert_eq!(
             fields.unwrap_err(),

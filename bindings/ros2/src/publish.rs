@@ -179,15 +179,16 @@ impl Drop for Outlets {
 
 fn run(shared: &Shared, to: &Publishers) {
     let counts = &shared.counts;
-    let mut tiles: VecDeque<(Instant, PointCloud2)> = VecDeque::new();
+    let mut tiles: VecDeque<PointCloud2> = VecDeque::new();
+    let (mut due, mut apart) = (Instant::now(), Duration::ZERO);
     loop {
         let mut pending = shared.lock();
         // A cloud waits until the tiles of the one before it are out: every cloud that is begun is whole.
         while !(pending.has_small() || pending.closed || tiles.is_empty() && pending.cloud.is_some()) {
-            let Some((due, _)) = tiles.front() else {
+            if tiles.is_empty() {
                 pending = shared.wake.wait(pending).unwrap_or_else(PoisonError::into_inner);
                 continue;
-            };
+            }
             let left = due.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 break;
@@ -217,14 +218,18 @@ fn run(shared: &Shared, to: &Publishers) {
         match cloud {
             Some(Cloud { message, layout, tiles: Some((points, period)) }) => {
                 let cut = layout.tiles(&message, points);
-                let (start, apart) = (Instant::now(), period / cut.len().max(1) as u32);
-                tiles.extend(cut.enumerate().map(|(i, tile)| (start + apart * i as u32, tile)));
+                (due, apart) = (Instant::now(), period / cut.len().max(1) as u32);
+                tiles.extend(cut);
             }
             Some(Cloud { message, .. }) => send(&to.particles, message, counts),
             None => {}
         }
-        while tiles.front().is_some_and(|(due, _)| *due <= Instant::now()) {
-            tiles.pop_front().into_iter().for_each(|(_, tile)| send(&to.particles, tile, counts));
+        if due <= Instant::now()
+            && let Some(tile) = tiles.pop_front()
+        {
+            send(&to.particles, tile, counts);
+            // A thread that was late catches up at twice the rate: a burst is what receivers lose.
+            due = (due + apart).max(Instant::now() + apart / 2);
         }
         if closed {
             return;

@@ -332,7 +332,8 @@ impl Session {
             (_, factor) if factor > 0.0 => settings.step / factor,
             _ => 1.0 / 60.0,
         };
-        let tiles = (settings.mode == Mode::Tiles).then(|| (self.layout.points_in(settings.max_bytes), Duration::from_secs_f64(0.9 * period)));
+        let tiles =
+            (settings.mode == Mode::Tiles).then(|| (self.layout.points_in(settings.max_bytes), Duration::from_secs_f64(0.9 * period)));
         let header = self.header();
         let message = self.layout.build(&mut self.sim, dimension, stride, header)?;
         self.outlets.cloud(Cloud { message, layout: self.layout.clone(), tiles });
@@ -341,7 +342,10 @@ impl Session {
 
     fn beat(&mut self) {
         if self.tally.same_name.once(self.watch.same_name.load(std::sync::atomic::Ordering::Relaxed)) {
-            let text = format!("another node is named {} (one that was killed is remembered for up to 50 s); give one of them --ros-args -r __node:=NAME", self.name);
+            let text = format!(
+                "another node is named {} (one that was killed is remembered for up to 50 s); give one of them --ros-args -r __node:=NAME",
+                self.name
+            );
             self.outlets.log(Level::Warn, text);
         }
         self.tally.say(&self.outlets);

@@ -24,7 +24,15 @@ macro_rules! primitives {
     ($($rust:ty = $ros:literal),*) => { $(impl Interface for $rust { fn ros() -> String { $ros.into() } })* };
 }
 primitives!(
-    bool = "bool", u8 = "uint8", u16 = "uint16", i32 = "int32", u32 = "uint32", i64 = "int64", u64 = "uint64", f64 = "float64", String = "string"
+    bool = "bool",
+    u8 = "uint8",
+    u16 = "uint16",
+    i32 = "int32",
+    u32 = "uint32",
+    i64 = "int64",
+    u64 = "uint64",
+    f64 = "float64",
+    String = "string"
 );
 
 impl<T: Interface> Interface for Vec<T> {
