@@ -42,6 +42,7 @@
 //! | [`component`] | FROM OUTSIDE: [`Simulation`], the variable list, snapshots: all that an adapter may see |
 //! | [`record`] | DATA OUT: Rerun, CSV, pictures |
 //! | [`study`] | STUDIES: many runs beside the numbers and figures of the papers |
+//! | `bindings/python` | an adapter: `import matpoint`, built by maturin; its tests are in `tests/python` |
 //! | `svg`, `color`, `draft`, [`text`] | what pictures and reports are made with |
 //!
 //! # Invariants
@@ -73,6 +74,9 @@
 //!   particle are lumped, which keeps the stable step and cures what makes the papers' consistent mass fail at a free end.
 //! - Taylor least squares do not fix cell means to the sums of the particles (`quadrature/least_squares.rs` has the measurement); sums are
 //!   made good over the body.
+//! - Values of variables are shared, not lent: what an adapter looks at is never written over (`Simulation::share`), so that a view without
+//!   a copy is safe in Python whatever the simulation does next.
+//! - A [`record::Recorder`] knows when sinks are due and is offered the simulation after each step: the loop may be anybody's.
 //! - Formulas are read by our own small parser (`scene/formula.rs`): the crates that were tried misread `-x^2` or `1e-3`, or are not kept.
 
 mod basis;

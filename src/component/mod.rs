@@ -188,6 +188,14 @@ impl Simulation {
         Ok(Report { time: end, substeps, smallest_step: smallest, iterations })
     }
 
+    /// What a variable is.
+    ///
+    /// # Errors
+    /// Unknown name.
+    pub fn variable(&self, name: &str) -> Result<&Variable, ComponentError> {
+        self.outputs.find(name).map(|index| self.outputs.variable(index))
+    }
+
     /// Sets an input; it is held until set again.
     ///
     /// # Errors
@@ -337,7 +345,7 @@ impl Simulation {
 
     /// FNV-1a hash of the scene: enough to tell scenes apart, the same on every machine.
     fn fingerprint(&self) -> u64 {
-        let text = serde_json::to_string(&self.scene).unwrap_or_default();
+        let text = self.scene.to_json();
         text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
     }
 }

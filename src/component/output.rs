@@ -179,6 +179,10 @@ impl Outputs {
         self.entries.iter().map(|e| e.variable.clone()).collect()
     }
 
+    pub(super) fn variable(&self, index: usize) -> &Variable {
+        &self.entries[index].variable
+    }
+
     pub(super) fn find(&self, name: &str) -> Result<usize, ComponentError> {
         self.index.get(name).copied().ok_or_else(|| {
             let names = self.entries.iter().map(|e| e.variable.name.as_str());

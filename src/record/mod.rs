@@ -54,6 +54,21 @@ pub trait Sink: Send {
     }
 }
 
+/// The sink for a path, by its ending: `.rrd` for Rerun, `.svg` for a picture of the last state, none for a folder of CSV tables.
+///
+/// # Errors
+/// An ending that nothing is written for.
+pub fn sink_for(path: &Path) -> Result<Box<dyn Sink>, RecordError> {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    match ending.as_deref() {
+        #[cfg(feature = "rerun")]
+        Some("rrd") => Ok(Box::new(RerunSink::new(path))),
+        Some("svg") => Ok(Box::new(PictureSink::new(path))),
+        None => Ok(Box::new(CsvSink::new(path))),
+        Some(_) => Err(RecordError::Ending { path: path.to_path_buf() }),
+    }
+}
+
 impl<S: Sink + ?Sized> Sink for &mut S {
     fn begin(&mut self, sim: &mut Simulation) -> Result<(), RecordError> {
         (**self).begin(sim)
@@ -72,9 +87,20 @@ impl<S: Sink + ?Sized> Sink for &mut S {
     }
 }
 
+#[cfg(feature = "rerun")]
+const RERUN: &str = ".rrd (Rerun), ";
+#[cfg(not(feature = "rerun"))]
+const RERUN: &str = "";
+
 /// A recording that could not be made.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
+    /// Nothing is written for files with that ending.
+    #[error("`{}`: recordings end in {}.svg (a picture of the last state), or have no ending (a folder of CSV tables)", path.display(), RERUN)]
+    Ending {
+        /// The file asked for.
+        path: PathBuf,
+    },
     /// A file cannot be created, written or renamed.
     #[error("cannot write `{}`: {source}", path.display())]
     Write {

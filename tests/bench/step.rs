@@ -80,5 +80,12 @@ fn domain(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, throughput, domain);
+/// What a call costs: `tests/python/bench.py` compares it with the call from Python.
+fn fixed_cost(c: &mut Criterion) {
+    let mut sim = Scene::from_toml(include_str!("one_particle.toml")).and_then(Scene::build).expect("a sound scene");
+    let dt = 0.1 * sim.max_step();
+    c.bench_function("one particle, one substep", |b| b.iter(|| sim.step(dt).expect("a good step")));
+}
+
+criterion_group!(benches, throughput, domain, fixed_cost);
 criterion_main!(benches);

@@ -1,0 +1,564 @@
+"""The parts of a scene as typed dicts: for completion in editors, and for type checkers.
+
+Made by bindings/python/generate_scene.py from the types in src/scene; do not edit. All units are SI. A part is a dict:
+`Grid(origin=[0.0], size=[1.0], cell=0.1)` is `{"origin": [0.0], "size": [1.0], "cell": 0.1}`, and either may be given to
+`matpoint.Scene`, which checks it. Keys that are not Required may be left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, Required, TypedDict, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+Numbers = Union[Sequence[float], NDArray[np.floating[Any]], NDArray[np.integer[Any]]]
+
+
+Plane = Literal["strain", "stress"]
+"""What happens across the plane (dimension 2) or the axis (dimension 1). `strain`: No strain across. `stress`:
+No stress across: the thickness changes freely."""
+
+
+class Grid(TypedDict, total=False):
+    """The background grid: a box of equal cells. B-splines have open knots at its ends, so a wall is best put
+    there."""
+
+    origin: Required[Numbers]
+    """Lower corner [m]."""
+    size: Required[Numbers]
+    """Extent along each axis [m]: a whole number of cells."""
+    cell: Required["OneOrEach"]
+    """Cell size [m]: one number, or one an axis."""
+
+
+OneOrEach = Union[float, Numbers]
+"""One value for all axes, or one for each."""
+
+
+class Material(TypedDict, total=False):
+    """An isotropic elastic material."""
+
+    law: Required["Law"]
+    """The law."""
+    young: Required[float]
+    """Young's modulus [Pa]."""
+    poisson: float
+    """Poisson's ratio [-], above -1 and below 0.5."""
+    density: Required[float]
+    """Density before deformation [kg/m3]."""
+
+
+Law = Literal["linear_elastic", "hypo_elastic", "neo_hookean", "hencky"]
+"""The laws of elasticity on offer. `linear_elastic`: Small strain: the stress follows the sum of the strain
+increments, volume changes are ignored. `hypo_elastic`: Jaumann rate of the Kirchhoff stress; in one dimension
+sigma' = (E - sigma) eps', the law of Tielen (2016). `neo_hookean`: Compressible neo-Hookean: tau = mu (b - I)
++ lambda ln J I. `hencky`: Hencky: linear between the logarithmic strain and the Kirchhoff stress."""
+
+
+class Body(TypedDict, total=False):
+    """A deformable body, filled with particles."""
+
+    material: Required[str]
+    """Name of its material."""
+    shape: Required["Shape"]
+    """The region it fills at time 0."""
+    particles_per_cell: "WholeOneOrEach"
+    """Particles along each axis of a cell: one number, or one an axis."""
+    positions: "Positions"
+    """Where in a cell the particles sit."""
+    seed: int
+    """Seed of the jitter."""
+    velocity: Union[Sequence["Expr"], NDArray[np.floating[Any]]]
+    """Initial velocity [m/s], one number or formula of x, y, z (position at time 0) an axis. Zero if left out."""
+
+
+class Box(TypedDict, total=False):
+    """An axis-aligned box (an interval in dimension 1)."""
+
+    min: Required[Numbers]
+    """Lower corner [m]."""
+    max: Required[Numbers]
+    """Upper corner [m]."""
+
+
+class ShapeBox(TypedDict, total=False):
+    """An axis-aligned box (an interval in dimension 1)."""
+
+    box: Required["Box"]
+
+
+class Disk(TypedDict, total=False):
+    """A disk (dimension 2)."""
+
+    center: Required[Numbers]
+    """Centre [m]."""
+    radius: Required[float]
+    """Radius [m]."""
+
+
+class ShapeDisk(TypedDict, total=False):
+    """A disk (dimension 2)."""
+
+    disk: Required["Disk"]
+
+
+class Sphere(TypedDict, total=False):
+    """A ball (dimension 3)."""
+
+    center: Required[Numbers]
+    """Centre [m]."""
+    radius: Required[float]
+    """Radius [m]."""
+
+
+class ShapeSphere(TypedDict, total=False):
+    """A ball (dimension 3)."""
+
+    sphere: Required["Sphere"]
+
+
+class Ring(TypedDict, total=False):
+    """An annulus (dimension 2)."""
+
+    center: Required[Numbers]
+    """Centre [m]."""
+    inner: Required[float]
+    """Inner radius [m]."""
+    outer: Required[float]
+    """Outer radius [m]."""
+
+
+class ShapeRing(TypedDict, total=False):
+    """An annulus (dimension 2)."""
+
+    ring: Required["Ring"]
+
+
+class Polygon(TypedDict, total=False):
+    """A simple polygon, convex or not (dimension 2)."""
+
+    points: Required[Union[Sequence[Numbers], NDArray[np.floating[Any]]]]
+    """Corners in order [m], either sense of rotation."""
+
+
+class ShapePolygon(TypedDict, total=False):
+    """A simple polygon, convex or not (dimension 2)."""
+
+    polygon: Required["Polygon"]
+
+
+class HalfSpace(TypedDict, total=False):
+    """All points behind a plane: those with (x - point) . normal <= 0."""
+
+    point: Required[Numbers]
+    """A point of the plane [m]."""
+    normal: Required[Numbers]
+    """Outward normal, any length."""
+
+
+class ShapeHalfSpace(TypedDict, total=False):
+    """All points behind a plane: those with (x - point) . normal <= 0."""
+
+    half_space: Required["HalfSpace"]
+
+
+class ShapeUnion(TypedDict, total=False):
+    """All points in one of the parts."""
+
+    union: Required[Sequence["Shape"]]
+
+
+class ShapeDifference(TypedDict, total=False):
+    """The points of the first part that are in none of the others."""
+
+    difference: Required[Sequence["Shape"]]
+
+
+class ShapeIntersection(TypedDict, total=False):
+    """The points that are in all parts."""
+
+    intersection: Required[Sequence["Shape"]]
+
+
+Shape = Union["ShapeBox", "ShapeDisk", "ShapeSphere", "ShapeRing", "ShapePolygon", "ShapeHalfSpace", "ShapeUnion", "ShapeDifference", "ShapeIntersection"]
+"""A region of space. In TOML: `shape = { box = { min = [0, 0], max = [8, 1] } }`."""
+
+
+WholeOneOrEach = Union[int, Sequence[int]]
+"""One value for all axes, or one for each."""
+
+
+Positions = Literal["uniform", "gauss", "jittered"]
+"""Where in a cell the particles of a body sit. `uniform`: Centres of equal parts of the cell. `gauss`: Gauss-
+Legendre points of the cell, each with its weight as volume. `jittered`: Uniform, then moved at random by up
+to 40 % of the spacing; the same for the same seed."""
+
+
+Expr = Union[float, str]
+"""A number, or a formula such as `"0.1*sin(PI*x/25)"`."""
+
+
+class Boundary(TypedDict, total=False):
+    """Where the velocity of the grid is fixed or prescribed. Give either `face` or `region`."""
+
+    face: Union[str, None]
+    """A whole end of the grid: `"x-"`, `"x+"`, `"y-"`, `"y+"`, `"z-"` or `"z+"`."""
+    region: Union["Shape", None]
+    """A region: every node (for B-splines: every Greville point) in it is held."""
+    fixed: Sequence["Axis"]
+    """Axes along which the velocity is zero."""
+    velocity: Mapping["Axis", "Expr"]
+    """Prescribed velocity [m/s] along an axis: a number or a formula of t."""
+
+
+Axis = Literal["x", "y", "z"]
+"""A coordinate axis. `x`: First axis. `y`: Second axis. `z`: Third axis."""
+
+
+class LoadGravity(TypedDict, total=False):
+    """Acceleration of everything [m/s2]."""
+
+    gravity: Required["Signal"]
+
+
+class LoadBodyForce(TypedDict, total=False):
+    """Specific body force (an acceleration) on a body or a part of it."""
+
+    body_force: Required["BodyForce"]
+
+
+class LoadTraction(TypedDict, total=False):
+    """Dead traction on a face of a body: force an undeformed area, direction fixed in space."""
+
+    traction: Required["Traction"]
+
+
+class LoadPressure(TypedDict, total=False):
+    """Follower pressure on a face of a body: force a deformed area, against the deformed normal."""
+
+    pressure: Required["Pressure"]
+
+
+class LoadPointForce(TypedDict, total=False):
+    """Force on the particle nearest to a point."""
+
+    point_force: Required["PointForce"]
+
+
+Load = Union["LoadGravity", "LoadBodyForce", "LoadTraction", "LoadPressure", "LoadPointForce"]
+"""A load. Exactly one kind a name."""
+
+
+Signal = Union[Union[Sequence["Expr"], NDArray[np.floating[Any]]], "Table", "External"]
+"""A value in time: constants and formulas of t, a table, or set from outside."""
+
+
+class Table(TypedDict, total=False):
+    """A table of values in time."""
+
+    time: Required[Numbers]
+    """Times [s], increasing."""
+    value: Required[Union[Sequence[Numbers], NDArray[np.floating[Any]]]]
+    """One row of components a time."""
+
+
+External = Literal["external"]
+"""The word `external`. `external`: Set from outside while running; zero until set."""
+
+
+class BodyForce(TypedDict, total=False):
+    """Specific body force (an acceleration) on a body or a part of it."""
+
+    body: Required[str]
+    """Name of the body."""
+    region: Union["Shape", None]
+    """Part of the body that is loaded, at time 0; all of it if left out."""
+    value: Required["Signal"]
+    """Acceleration [m/s2]; its formulas may use x, y, z (position at time 0) and t."""
+
+
+class Traction(TypedDict, total=False):
+    """Dead traction on a face of a body."""
+
+    body: Required[str]
+    """Name of the body."""
+    face: Required[str]
+    """Name of the face: `x-` ... `z+` of a box, `outer` of a disk or sphere, `inner` or `outer` of a ring,
+    `edge1` ... of a polygon; in a union, difference or intersection with the number of the part before it, as
+    in `2/x+`."""
+    value: Required["Signal"]
+    """Force an undeformed area [Pa]."""
+
+
+class Pressure(TypedDict, total=False):
+    """Follower pressure on a face of a body."""
+
+    body: Required[str]
+    """Name of the body."""
+    face: Required[str]
+    """Name of the face, as for a traction."""
+    value: Required["Signal"]
+    """Pressure [Pa], one component, positive when it pushes on the body."""
+
+
+class PointForce(TypedDict, total=False):
+    """Force on the particle nearest to a point."""
+
+    body: Required[str]
+    """Name of the body."""
+    at: Required[Numbers]
+    """The point at time 0 [m]."""
+    value: Required["Signal"]
+    """Force [N] (per metre of thickness in dimension 2, per square metre of section in dimension 1)."""
+
+
+class Probe(TypedDict, total=False):
+    """A material point that is watched."""
+
+    body: Union[str, None]
+    """Name of the body; needed only where there are several."""
+    at: Required[Numbers]
+    """The point at time 0 [m], in the body or at most one cell outside it. It moves with the nearest particle
+    and its deformation."""
+
+
+class Contact(TypedDict, total=False):
+    """What happens where bodies meet: each has its own velocity field, corrected at the nodes that two bodies
+    reach so that they do not come closer there, with Coulomb friction (Bardenhagen et al. 2001)."""
+
+    friction: float
+    """Coefficient of friction [-], 0 or more."""
+
+
+class Method(TypedDict, total=False):
+    """How the scene is solved: a point in the table basis x quadrature x mass x transfer x integrator."""
+
+    basis: "Basis"
+    """Family of shape functions."""
+    degree: Union[int, None]
+    """Degree of the B-splines, 1 to 5; 1 is the same as the linear basis."""
+    domain: Union["Domain", None]
+    """Whether the particle domains of GIMP follow the deformation."""
+    quadrature: "Quadrature"
+    """Where the internal forces are integrated."""
+    quadrature_of: Union["QuadratureOf", None]
+    """What else is integrated there."""
+    mass: "Mass"
+    """Mass matrix of the projection of velocities and of the balance of momentum."""
+    balance_mass: Union["Mass", None]
+    """Mass matrix of the balance of momentum alone; as `mass` if left out."""
+    fmpm_order: Union[int, None]
+    """Order k of FMPM(k), 2 or more: terms of the series."""
+    mass_solver: Union["MassSolver", None]
+    """Solver of a consistent mass matrix."""
+    mass_residual: Union[float, None]
+    """Residual, over the right-hand side, at which the solver of a consistent mass matrix stops; 1e-9 if left
+    out."""
+    integrator: "Integrator"
+    """When the stress is updated within a step."""
+    transfer: "Transfer"
+    """How velocity travels between particles and grid."""
+    flip_share: Union[float, None]
+    """Share of FLIP in a FLIP transfer, 0 to 1; the rest is PIC."""
+    mass_tolerance: Union[float, None]
+    """A node lighter than this share of the lightest particle, 0 to 1, is nearly empty. A consistent mass matrix
+    is lumped there (1 if left out: less makes the stable step shrink as bodies move through the grid). With
+    linear functions or Lagrange elements, lumped mass, and USL or APIC, the velocity of such a node, and so
+    the velocity gradient, takes no part of its force; the particles do, so that momentum is conserved (0.1 if
+    left out)."""
+
+
+Basis = Literal["linear", "bspline", "lagrange", "serendipity", "cubic", "gimp"]
+"""Families of shape functions. `linear`: Piecewise linear (bilinear, trilinear). `bspline`: B-splines with open
+knots at the ends of the grid. `lagrange`: Quadratic Lagrange elements over two cells along each axis: 3, 9 or
+27 nodes. Their functions are negative in part of the element; with lumped mass a step stops where a nodal
+mass turns negative. `serendipity`: Serendipity elements over two cells along each axis: 8 nodes in dimension
+2, 20 in dimension 3. With lumped mass their corners have negative mass (Andersen 2007). `cubic`: Uniform
+cubic splines with a row of nodes outside the grid (Andersen 2007). A held face holds the nodes on it and
+outside. `gimp`: Linear functions averaged over particle domains (Bardenhagen and Kober 2004)."""
+
+
+Domain = Literal["uniform", "contiguous"]
+"""Particle domains of GIMP. `uniform`: Domains keep their size. `contiguous`: Domains stretch with the
+deformation gradient along each axis, so that they stay next to each other."""
+
+
+Quadrature = Literal["particles", "splines", "least_squares"]
+"""Where the internal forces are integrated. `particles`: At the particles, with their volumes as weights.
+`splines`: At Gauss points on half cells, from cubic splines through the particles line by line (Tielen 2016,
+chapter 7). Each body must be a box of cells, filled with evenly spaced particles, and its ends must stay
+upright: where they lean, integrals are off (0.8 % at 0.1 rad). `least_squares`: At Gauss points of full
+cells, from a least-squares fit in each (Wobbes et al. 2019); at the particles of other cells."""
+
+
+QuadratureOf = Literal["force", "force_and_velocity"]
+"""What is integrated at the quadrature points. `force`: Internal forces; mass and momentum come from the
+particles, which conserves momentum. `force_and_velocity`: Internal forces, and mass and momentum in the
+projection of velocities."""
+
+
+Mass = Literal["lumped", "consistent", "fmpm"]
+"""Mass matrices. `lumped`: Row sums on the diagonal. `consistent`: The full matrix, solved in each step. The
+stable step is about a sixth of that with lumped mass. `fmpm`: The first `fmpm_order` terms of the series of
+its inverse (Nairn and Hammerquist 2021)."""
+
+
+MassSolver = Literal["pcg", "richardson"]
+"""Solvers of a consistent mass matrix. `pcg`: Conjugate gradients, preconditioned by the diagonal. `richardson`:
+Richardson iteration from the lumped solution (Tielen 2016, section 7.2)."""
+
+
+Integrator = Literal["usf", "usl", "musl"]
+"""When the stress is updated within a step. `usf`: Update stress first: from the velocity projected at the new
+positions. Keeps the energy. `usl`: Update stress last: from the updated nodal velocity. Cheapest; dissipates.
+`musl`: Modified update stress last: stress and positions from the velocity projected again (Sulsky 1994,
+Tielen 2016, section 3.2). Keeps the energy; quieter than USF, for particles and their deformation move with
+the same field."""
+
+
+Transfer = Literal["pic", "flip", "apic"]
+"""How velocity travels between particles and grid. `pic`: Particles take the interpolated velocity: very
+dissipative. `flip`: Particles take the interpolated increment; `flip_share` blends with PIC. `apic`: Affine
+particle-in-cell: keeps linear and angular momentum, filters noise."""
+
+
+class Time(TypedDict, total=False):
+    """How long, and in what steps. Give either `step` or `cfl`; with neither, `cfl` is 0.4."""
+
+    end: Required[float]
+    """End of a run [s]."""
+    step: Union[float, None]
+    """Fixed step [s]; refused where it is above the stable one."""
+    cfl: Union[float, None]
+    """Share of the stable step, above 0 and up to 1. The stable step is that of the particles where they are at
+    time 0: leave room for other places in their cells."""
+
+
+class Record(TypedDict, total=False):
+    """How often `run` records, in simulated seconds."""
+
+    every: Union[float, None]
+    """Time between particle frames [s]; a hundredth of the run if left out."""
+    history: Union[float, None]
+    """Time between rows of energies and probes [s]; as `every` if left out."""
+
+
+class Stress(TypedDict, total=False):
+    """Cauchy stress [Pa] by component: `xx`, `yy`, `zz`, `yz`, `xz`, `xy`."""
+
+    xx: "Expr"
+    xy: "Expr"
+    xz: "Expr"
+    yy: "Expr"
+    yz: "Expr"
+    zz: "Expr"
+
+
+class Exact(TypedDict, total=False):
+    """The known solution of a scene. Its formulas may use x, y, z (position at time 0) and t."""
+
+    displacement: Union[Sequence["Expr"], NDArray[np.floating[Any]]]
+    """Displacement [m], one an axis."""
+    velocity: Union[Sequence["Expr"], NDArray[np.floating[Any]]]
+    """Velocity [m/s], one an axis."""
+    stress: "Stress"
+    """Cauchy stress [Pa] by component: `xx`, `yy`, `zz`, `yz`, `xz`, `xy`."""
+    reference: Union[str, None]
+    """CSV file with the columns `time_s, X_m, displacement_m, velocity_m_s, stress_Pa` (dimension 1), beside the
+    scene file."""
+
+
+class Keys(TypedDict, total=False):
+    """The keys of a scene, as `matpoint.Scene` takes them."""
+
+    title: Required[str]
+    """What the scene shows, in one line."""
+    dimension: Required[int]
+    """Number of space dimensions: 1, 2 or 3."""
+    plane: "Plane"
+    """What happens across the plane (dimension 2) or the axis (dimension 1); no meaning in dimension 3."""
+    grid: Required["Grid"]
+    """The background grid."""
+    material: Required[Mapping[str, "Material"]]
+    """Materials by name."""
+    body: Required[Mapping[str, "Body"]]
+    """Bodies by name."""
+    boundary: Mapping[str, "Boundary"]
+    """Where the velocity of the grid is fixed or prescribed, by name. A later boundary overrides an earlier one."""
+    load: Mapping[str, "Load"]
+    """Loads by name."""
+    probe: Mapping[str, "Probe"]
+    """Material points that are watched, by name."""
+    contact: Union["Contact", None]
+    """What happens where bodies meet; without it they share one velocity field, and stick."""
+    method: "Method"
+    """How the scene is solved."""
+    time: Required["Time"]
+    """How long, and in what steps."""
+    record: "Record"
+    """How often `run` records."""
+    exact: Union["Exact", None]
+    """The known solution, for scenes that have one."""
+
+
+__all__ = [
+    "Axis",
+    "Basis",
+    "Body",
+    "BodyForce",
+    "Boundary",
+    "Box",
+    "Contact",
+    "Disk",
+    "Domain",
+    "Exact",
+    "Expr",
+    "External",
+    "Grid",
+    "HalfSpace",
+    "Integrator",
+    "Keys",
+    "Law",
+    "Load",
+    "LoadBodyForce",
+    "LoadGravity",
+    "LoadPointForce",
+    "LoadPressure",
+    "LoadTraction",
+    "Mass",
+    "MassSolver",
+    "Material",
+    "Method",
+    "Numbers",
+    "OneOrEach",
+    "Plane",
+    "PointForce",
+    "Polygon",
+    "Positions",
+    "Pressure",
+    "Probe",
+    "Quadrature",
+    "QuadratureOf",
+    "Record",
+    "Ring",
+    "Shape",
+    "ShapeBox",
+    "ShapeDifference",
+    "ShapeDisk",
+    "ShapeHalfSpace",
+    "ShapeIntersection",
+    "ShapePolygon",
+    "ShapeRing",
+    "ShapeSphere",
+    "ShapeUnion",
+    "Signal",
+    "Sphere",
+    "Stress",
+    "Table",
+    "Time",
+    "Traction",
+    "Transfer",
+    "WholeOneOrEach",
+]
