@@ -18,7 +18,9 @@ use ros2_client::{
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
 /// The node cannot join the graph.
 #[derive(Debug, thiserror::Error)]
@@ -71,6 +73,8 @@ pub struct Ros {
     node: Node,
     context: Context,
     inbox: Inbox,
+    /// Calls that are not answered yet.
+    open: Arc<AtomicUsize>,
     /// Who listens.
     pub watch: Arc<Watch>,
 }
@@ -91,7 +95,7 @@ impl Ros {
         // The parameter services of ros2-client have no descriptions, and need a spinner that puts a second type on /clock.
         let options = NodeOptions::new().enable_rosout(true).start_parameter_services(false);
         let node = context.new_node(name, options).map_err(NodeError::dds("cannot make the node"))?;
-        Ok(Self { names, executor: Arc::default(), node, context, inbox, watch: Arc::default() })
+        Ok(Self { names, executor: Arc::default(), node, context, inbox, open: Arc::default(), watch: Arc::default() })
     }
 
     /// Makes a publisher of messages of type `package/Name`.
@@ -161,7 +165,7 @@ impl Ros {
         let (requests, replies) = (topic("rq", "Request", "Request")?, topic("rr", "Reply", "Response")?);
         let requests = self.node.create_subscription::<Req>(&requests, None).map_err(NodeError::dds(name))?;
         let replies = Replies::new(participant.clone(), &replies, format!("rr{full}Reply"), &quality)?;
-        let inbox = self.inbox.clone();
+        let (inbox, open) = (self.inbox.clone(), self.open.clone());
         self.spawn(async move {
             let mut stream = Box::pin(requests.async_stream());
             while let Some(received) = stream.next().await {
@@ -172,11 +176,13 @@ impl Ros {
                 if id.sequence_number == i64::from(SequenceNumber::UNKNOWN) {
                     id.sequence_number = own.sequence_number;
                 }
+                open.fetch_add(1, Ordering::SeqCst);
                 let (reply, answer) = oneshot::channel();
                 inbox.send(Box::new(move |session| handle(session, request, Reply(reply)))).await;
                 if let Ok(response) = answer.await {
                     replies.send(id, &response);
                 }
+                open.fetch_sub(1, Ordering::SeqCst);
             }
         });
         Ok(())
@@ -259,13 +265,18 @@ impl Ros {
 
     /// Leaves the graph. All publishers must be gone.
     pub fn close(self, mut receiving: Receiving) {
-        let Self { executor, node, context, .. } = self;
+        let Self { executor, node, context, open, .. } = self;
+        // Who made the node quit is told that it does.
+        let end = Instant::now() + Duration::from_secs(1);
+        while open.load(Ordering::SeqCst) > 0 && Instant::now() < end {
+            std::thread::sleep(Duration::from_millis(1));
+        }
         // Tasks own subscriptions and servers; they go with the last handle of the executor.
         receiving.join();
         drop(executor);
         drop(node);
         // The news that the node is gone must leave before the participant does.
-        std::thread::sleep(std::time::Duration::from_millis(100));
+        std::thread::sleep(Duration::from_millis(100));
         drop(context);
     }
 

@@ -18,6 +18,7 @@ use serde::Serialize;
 use std::convert::Infallible;
 use std::net::{SocketAddr, UdpSocket};
 use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 /// Size up to which an answer is whole on any network, and size from which it is cut on any that has no larger packets than jumbo frames.
 const ETHERNET: [usize; 2] = [1_000, 9_000];
@@ -94,6 +95,13 @@ impl Replies {
         if let Ok(identity) = self.writer.write_with_options(Serialized(bytes), options.build()) {
             *last = identity.sequence_number.into();
         }
+    }
+}
+
+impl Drop for Replies {
+    fn drop(&mut self) {
+        // An answer that is not yet acknowledged may have to be sent again. Without one this returns at once.
+        let _ = self.writer.wait_for_acknowledgments(Duration::from_millis(300));
     }
 }
 
