@@ -85,6 +85,7 @@ mod color;
 pub mod component;
 mod draft;
 mod grid;
+mod implicit;
 mod material;
 mod model;
 mod quadrature;

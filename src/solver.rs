@@ -27,8 +27,11 @@ impl Solver {
         }
     }
 
-    /// Largest stable step at time 0 \[s\].
+    /// Largest stable step at time 0 \[s\]; infinite where steps are implicit.
     pub(crate) fn stable_step(&mut self, model: &Model, state: &State) -> Result<f64, StepError> {
+        if model.implicit.is_some() {
+            return Ok(f64::INFINITY);
+        }
         match self {
             Self::Updated(_) => limit::stable_step(model, state),
             Self::Total(total) => total.stable_step(model, state),
@@ -79,11 +82,11 @@ impl Solver {
         }
     }
 
-    /// Iterations of the solver of the mass matrix since [`Self::begin`].
+    /// Iterations of the solver of the mass matrix, or of Newton's method, since [`Self::begin`].
     pub(crate) fn iterations(&self) -> u64 {
         match self {
             Self::Updated(stepper) => stepper.iterations,
-            Self::Total(_) => 0,
+            Self::Total(total) => total.iterations(),
         }
     }
 

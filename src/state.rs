@@ -147,6 +147,8 @@ pub(crate) struct Nodes {
     pub(crate) displacement: Vec<[f64; 3]>,
     /// Velocity at the time of the state \[m/s\].
     pub(crate) velocity: Vec<[f64; 3]>,
+    /// Acceleration at the time of the state \[m/s2\]; empty for schemes that do not need it.
+    pub(crate) acceleration: Vec<[f64; 3]>,
 }
 
 /// All that changes while a scene runs.
@@ -181,6 +183,7 @@ impl State {
         (other.time, other.steps, other.last_step, other.pace, other.external_work) = (*time, *steps, *last_step, *pace, *external_work);
         other.nodes.displacement.clone_from(&nodes.displacement);
         other.nodes.velocity.clone_from(&nodes.velocity);
+        other.nodes.acceleration.clone_from(&nodes.acceleration);
         other.bins.clone_from(bins);
         other.reactions.clone_from(reactions);
         other.inputs.clone_from(inputs);
@@ -220,6 +223,7 @@ impl State {
             && (next as usize == n || self.bins.is_empty())
             && self.nodes.displacement.len() == other.nodes.displacement.len()
             && self.nodes.velocity.len() == other.nodes.velocity.len()
+            && (self.nodes.acceleration.is_empty() || self.nodes.acceleration.len() == self.nodes.velocity.len())
             && self.reactions.len() == other.reactions.len()
             && self.inputs.len() == other.inputs.len()
             && self.inputs.iter().zip(&other.inputs).all(|(a, b)| a.len() == b.len())

@@ -79,7 +79,7 @@ impl Simulation {
         let stable_step = solver.stable_step(&model, &state).map_err(|e| fault("body", e.to_string()))?;
         state.pace = initial_pace(&model, &state);
         let largest = stable_step * state.pace;
-        if !(largest > 0.0 && largest.is_finite()) {
+        if !(largest > 0.0 && (largest.is_finite() || model.implicit.is_some())) {
             let message = format!("makes a stable step of {largest} s; velocities and stiffness must leave it a positive number");
             return Err(fault("body", message));
         }
@@ -292,6 +292,10 @@ impl Simulation {
             Integrator::Musl => "modified update stress last, leapfrog",
             Integrator::Verlet => "velocity Verlet",
             Integrator::Symplectic4 => "symplectic, of fourth order",
+            Integrator::QuasiStatic => "quasi-static",
+            Integrator::Newmark => "implicit, Newmark",
+            Integrator::GeneralizedAlpha => "implicit, generalised alpha",
+            Integrator::EnergyMomentum => "implicit, energy and momentum conserving",
         };
         let transfer = match model.transfer {
             Transfer::Pic => "PIC".into(),

@@ -9,6 +9,7 @@ mod hencky;
 mod hypo;
 mod linear;
 mod neo_hookean;
+pub(crate) mod point;
 
 pub(crate) use embed::{Embedding, embed};
 
@@ -105,13 +106,6 @@ impl Material {
     pub(crate) fn cauchy(&self, f: &Matrix3<f64>, history: &History) -> Matrix3<f64> {
         let kirchhoff = self.kirchhoff(f, history);
         if matches!(self, Self::Linear(_)) { kirchhoff } else { kirchhoff / f.determinant() }
-    }
-
-    /// Sets the history of the small-strain law from a displacement gradient; other laws have no such.
-    pub(crate) fn small_strain(&self, history: &mut History, gradient: &Matrix3<f64>) {
-        if let Self::Linear(lame) = self {
-            store_stress(history, &lame.stress(&symmetric(gradient)));
-        }
     }
 
     /// Carries the history over a step.

@@ -8,6 +8,7 @@ mod sample;
 pub(crate) use load::{Load, SPACE_TIME, Signal, SurfacePoint, Target};
 
 use crate::basis::{Axis, Family};
+use crate::implicit::{Rules, Scheme};
 use crate::material::{Embedding, Material};
 use crate::scene::{self, Basis, Fault, Formula, Mass, MassSolver, Quadrature, SceneError, Shape, Transfer};
 use crate::state::{Particles, State, Table};
@@ -32,6 +33,10 @@ pub(crate) struct Model {
     /// Whether bodies have grids of their own, at time 0.
     pub(crate) total: bool,
     pub(crate) integrator: scene::Integrator,
+    /// Scheme of implicit steps.
+    pub(crate) implicit: Option<Scheme>,
+    /// When Newton's method stops.
+    pub(crate) newton: Rules,
     pub(crate) transfer: Transfer,
     /// Share of FLIP; 0 for PIC and APIC.
     pub(crate) flip_share: f64,
@@ -389,6 +394,8 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         probes,
         reference,
         integrator: method.integrator(),
+        implicit: Scheme::new(method),
+        newton: Rules { residual: method.newton_residual.unwrap_or(1e-10), iterations: method.newton_iterations.unwrap_or(20) },
         total: method.is_total(),
         transfer: method.transfer,
         flip_share,

@@ -41,6 +41,22 @@ pub struct Method {
     /// How time goes on: `musl` for the updated formulation, `verlet` for the total one, if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub integrator: Option<Integrator>,
+    /// Beta of Newmark's scheme, 0.25 if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub newmark_beta: Option<f64>,
+    /// Gamma of Newmark's scheme, 0.5 if left out; more damps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub newmark_gamma: Option<f64>,
+    /// Share of its amplitude that an oscillation far faster than the step keeps in a step of the generalised-alpha scheme, 0 to 1; 0.8 if
+    /// left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spectral_radius: Option<f64>,
+    /// Forces out of balance, over those in balance, at which Newton's method stops; 1e-10 if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub newton_residual: Option<f64>,
+    /// Most iterations of Newton's method before a step is halved; 20 if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub newton_iterations: Option<usize>,
     /// How velocity travels between particles and grid.
     pub transfer: Transfer,
     /// Share of FLIP in a FLIP transfer, 0 to 1; the rest is PIC.
@@ -69,6 +85,11 @@ impl Default for Method {
             mass_solver: None,
             mass_residual: None,
             integrator: None,
+            newmark_beta: None,
+            newmark_gamma: None,
+            spectral_radius: None,
+            newton_residual: None,
+            newton_iterations: None,
             transfer: Transfer::Flip,
             flip_share: None,
             mass_tolerance: None,
@@ -213,6 +234,25 @@ pub enum Integrator {
     Verlet,
     /// Symplectic Runge-Kutta-Nystroem scheme of fourth order with six forces a step (Blanes and Moan 2002); for the total formulation.
     Symplectic4,
+    /// Loads applied without inertia, in steps: the balance of forces at the end of each. Nothing has a velocity.
+    QuasiStatic,
+    /// Newmark's implicit scheme, `newmark_beta` and `newmark_gamma`; by default the trapezoidal rule.
+    Newmark,
+    /// Implicit, of second order, damps what is faster than the step (Chung and Hulbert 1993); `spectral_radius` says how much.
+    GeneralizedAlpha,
+    /// Implicit, of second order: conserves energy and momenta (Gonzalez 2000).
+    EnergyMomentum,
+}
+
+impl Integrator {
+    /// Whether steps solve for a balance of forces.
+    pub fn is_implicit(self) -> bool {
+        matches!(self, Self::QuasiStatic | Self::Newmark | Self::GeneralizedAlpha | Self::EnergyMomentum)
+    }
+    /// Whether the updated formulation has it.
+    pub fn is_updated(self) -> bool {
+        matches!(self, Self::Usf | Self::Usl | Self::Musl)
+    }
 }
 
 /// How velocity travels between particles and grid.

@@ -47,6 +47,11 @@ impl Band {
         self
     }
 
+    fn entry(&self, i: usize, j: usize) -> f64 {
+        let (low, high) = (i.min(j), i.max(j));
+        self.0[high].get(high - low).copied().unwrap_or(0.0)
+    }
+
     fn times(&self, x: &[f64], y: &mut [f64]) {
         y.fill(0.0);
         for (i, row) in self.0.iter().enumerate() {
@@ -116,6 +121,15 @@ impl BoxMass {
             });
         }
         field.iter_mut().for_each(|v| *v *= self.density);
+    }
+
+    /// The entry of two nodes \[kg\].
+    pub(super) fn entry(&self, i: usize, j: usize) -> f64 {
+        let [_, y, z] = self.counts;
+        let index = |i: usize| [i / (y * z), i / z % y, i % z];
+        let (i, j) = (index(i), index(j));
+        let along = |a: usize| self.axes[a].as_ref().map_or(1.0, |band| band.entry(i[a], j[a]));
+        self.density * along(0) * along(1) * along(2)
     }
 
     /// Solves for the free nodes of a component, in place; what stands at held nodes becomes 0.

@@ -5,18 +5,23 @@
 //! nothing is projected, so that energy has no drift.
 
 mod force;
+mod implicit;
 mod limit;
+mod load;
 mod mass;
 mod reference;
 
 pub(crate) use reference::Vectors;
 
 use crate::component::StepError;
+use crate::material::point;
 use crate::model::{Boundary, Model};
 use crate::scene::Integrator;
 use crate::state::{Nodes, State};
 use crate::step::measure::Measures;
-use force::{Action, Sweep, Task, Trouble};
+use crate::implicit::Matrix;
+use force::{Sweeps, Task, Trouble};
+use load::Action;
 use mass::BoxMass;
 use nalgebra::Vector3;
 use reference::Reference;
@@ -70,8 +75,12 @@ pub(crate) struct Total {
     held: Vec<Held>,
     /// One a load.
     actions: Vec<Action>,
-    sweep: Sweep,
+    sweeps: Sweeps,
     scheme: &'static Scheme,
+    /// Stiffness of the implicit schemes; its pattern never changes.
+    matrix: Option<Matrix>,
+    /// Iterations of Newton's method since the last call of `begin`.
+    iterations: u64,
     /// Internal forces at the displacement of the state \[N\]; empty where they are not known.
     internal: Vectors,
     external: Vectors,
@@ -115,8 +124,10 @@ impl Total {
             actions,
             held,
             bodies,
-            sweep: force::sweep(model.dimension, model.axes[0].width()),
+            sweeps: force::sweeps(model.dimension, model.axes[0].width()),
             scheme: Scheme::of(model.integrator),
+            matrix: None,
+            iterations: 0,
             internal: Vec::new(),
             external: Vec::new(),
             acceleration: vec![[0.0; 3]; start],
@@ -148,7 +159,7 @@ impl Total {
             velocity[held.node][held.axis] = model.boundaries[held.boundary].velocity(held.axis, 0.0).unwrap_or(0.0);
         }
         self.solve(model, &momentum, &mut velocity);
-        state.nodes = Nodes { displacement: vec![[0.0; 3]; n], velocity };
+        state.nodes = Nodes { displacement: vec![[0.0; 3]; n], velocity, acceleration: Vec::new() };
         self.show(model, state);
     }
 
@@ -171,6 +182,12 @@ impl Total {
         self.impulse.clear();
         self.impulse.resize(model.boundaries.len(), [0.0; 3]);
         self.kicked = 0.0;
+        self.iterations = 0;
+    }
+
+    /// Iterations of Newton's method since [`Self::begin`].
+    pub(crate) fn iterations(&self) -> u64 {
+        self.iterations
     }
 
     /// Mean force of each boundary on the bodies since [`Self::begin`] \[N\].
@@ -180,6 +197,9 @@ impl Total {
 
     /// One step of length `dt` \[s\]. On an error the state is spoilt; the caller holds a copy.
     pub(crate) fn advance(&mut self, model: &Model, state: &mut State, dt: f64) -> Result<(), StepError> {
+        if let Some(scheme) = model.implicit {
+            return self.advance_implicitly(model, state, scheme, dt);
+        }
         let Scheme { kicks, drifts } = self.scheme;
         // displacements and velocities are at different times between kicks and drifts
         let (start, mut at, mut velocity_at) = (state.time, 0.0, 0.0);
@@ -252,40 +272,74 @@ impl Total {
     fn forces(&mut self, model: &Model, state: &mut State, time: f64) -> Result<(), StepError> {
         let n = self.acceleration.len();
         if self.internal.is_empty() {
-            self.internal.resize(n, [0.0; 3]);
-            for (body, described) in self.bodies.iter().zip(&model.bodies) {
-                let task = Task {
-                    reference: &body.reference,
-                    material: &described.material,
-                    embedding: model.embedding,
-                    particles: &mut state.particles,
-                    first: described.particles.start,
-                    last: described.particles.end,
-                    displacement: &state.nodes.displacement,
-                    force: &mut self.internal,
-                };
-                if let Err(trouble) = (self.sweep)(task) {
-                    self.internal.clear();
-                    return Err(self.explain(model, state, time, &trouble));
-                }
+            self.update(model, state, time)?;
+        }
+        let mut external = std::mem::take(&mut self.external);
+        external.clear();
+        external.resize(n, [0.0; 3]);
+        let loaded = self.load(model, state, time, &state.nodes.displacement, &mut external);
+        self.external = external;
+        loaded
+    }
+
+    /// Carries the particles along with the nodes, and sums the internal forces.
+    fn update(&mut self, model: &Model, state: &mut State, time: f64) -> Result<(), StepError> {
+        let mut internal = vec![[0.0; 3]; self.acceleration.len()];
+        for (body, described) in self.bodies.iter().zip(&model.bodies) {
+            let task = Task {
+                reference: &body.reference,
+                material: &described.material,
+                embedding: model.embedding,
+                first: described.particles.start,
+                last: described.particles.end,
+                displacement: &state.nodes.displacement,
+                updated: false,
+                conserving: false,
+            };
+            if let Err(trouble) = (self.sweeps.advance)(&task, &mut state.particles, &mut internal) {
+                return Err(self.explain(model, state, time, &trouble));
             }
         }
-        self.external.clear();
-        self.external.resize(n, [0.0; 3]);
+        self.internal = internal;
+        Ok(())
+    }
+
+    /// Adds the loads at a time and displacement \[N\].
+    fn load(&self, model: &Model, state: &State, time: f64, displacement: &[[f64; 3]], force: &mut Vectors) -> Result<(), StepError> {
         let references: Vec<&Reference> = self.bodies.iter().map(|body| &body.reference).collect();
         for ((action, load), input) in self.actions.iter().zip(&model.loads).zip(&state.inputs) {
-            action.add(load, input, model, &references, time, &state.nodes.displacement, &mut self.external)?;
+            action.add(load, input, model, &references, time, displacement, force)?;
         }
         Ok(())
+    }
+
+    /// Adds this share of minus the derivative of the loads by the displacement; tells whether there is any.
+    fn load_stiffness(
+        &self,
+        model: &Model,
+        state: &State,
+        time: f64,
+        displacement: &[[f64; 3]],
+        share: f64,
+        matrix: &mut Matrix,
+    ) -> Result<bool, StepError> {
+        let references: Vec<&Reference> = self.bodies.iter().map(|body| &body.reference).collect();
+        let mut any = false;
+        for ((action, load), input) in self.actions.iter().zip(&model.loads).zip(&state.inputs) {
+            any |= action.add_stiffness(load, input, model, &references, time, displacement, share, matrix);
+        }
+        Ok(any)
     }
 
     fn explain(&self, model: &Model, state: &State, time: f64, trouble: &Trouble) -> StepError {
         let particle = trouble.particle;
         let position = self.moved(model, state, particle)[..model.dimension].to_vec();
-        match trouble.det {
-            None => StepError::NoThickness { time, particle, position },
-            Some(det) if det.is_finite() => StepError::Inverted { time, particle, position, det },
-            Some(_) => StepError::NotFinite { time, particle, position: model.reference(particle as u32)[..model.dimension].to_vec() },
+        match trouble.why {
+            point::Trouble::NoThickness => StepError::NoThickness { time, particle, position },
+            point::Trouble::Inverted(det) if det.is_finite() => StepError::Inverted { time, particle, position, det },
+            point::Trouble::Inverted(_) => {
+                StepError::NotFinite { time, particle, position: model.reference(particle as u32)[..model.dimension].to_vec() }
+            }
         }
     }
 

@@ -11,7 +11,7 @@ pub(crate) type Vectors = Vec<[f64; 3]>;
 
 /// The functions along one axis that are not zero at one place, and their slopes.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Line {
+pub(crate) struct Line {
     pub(super) first: usize,
     pub(super) weight: [f64; MOST],
     /// \[1/m\]
@@ -44,13 +44,20 @@ impl Line {
 
 /// A point of a body with its functions.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Point([Line; 3]);
+pub(crate) struct Point([Line; 3]);
+
+impl Point {
+    /// First function along each axis: points with the same share all nodes.
+    pub(super) fn cell(&self) -> [usize; 3] {
+        std::array::from_fn(|a| self.0[a].first)
+    }
+}
 
 /// The grid of a body and its functions at the particles.
 ///
 /// Particles share what they have in common: where they stand in rows and columns, each coordinate is kept once.
 #[derive(Debug)]
-pub(super) struct Reference {
+pub(crate) struct Reference {
     pub(super) axes: Vec<Axis>,
     /// Functions along each axis; 1 along those that the scene does not have.
     pub(super) counts: [usize; 3],
@@ -89,6 +96,21 @@ impl Reference {
     /// The functions at any place of the body.
     pub(super) fn point(&self, place: [f64; 3]) -> Point {
         Point(std::array::from_fn(|a| self.axes.get(a).map_or(Line::NONE, |axis| Line::at(axis, place[a]))))
+    }
+
+    /// The nodes that particles share, cell by cell, ascending.
+    pub(super) fn cells(&self) -> Vec<Vec<u32>> {
+        let mut known = std::collections::HashSet::new();
+        let mut cells = Vec::new();
+        for p in 0..self.line_of.len() {
+            let point = self.particle(p);
+            if known.insert(point.cell()) {
+                let mut nodes = Vec::new();
+                self.each_slowly(&point, |node, _, _| nodes.push(node as u32));
+                cells.push(nodes);
+            }
+        }
+        cells
     }
 
     /// The functions at particle number `p` of the body.

@@ -1,7 +1,7 @@
 //! Methods that make no sense, and those that are seldom wise.
 
 use super::super::fault::plain;
-use super::super::{Basis, Fault, Integrator, Mass, Positions, Quadrature, Scene, Transfer};
+use super::super::{Basis, Fault, Integrator, Law, Mass, Method, Positions, Quadrature, Scene, Shape, Transfer};
 use super::Check;
 
 /// Most terms of FMPM.
@@ -31,10 +31,90 @@ impl Check<'_> {
         if let Some(tolerance) = method.mass_tolerance {
             self.require((0.0..=1.0).contains(&tolerance), "method.mass_tolerance", || format!("is {}; must be 0 to 1", plain(tolerance)));
         }
+        self.integrator();
+        self.formulation();
         self.mass();
         self.affine();
         self.quadrature();
         self.contact();
+    }
+
+    fn integrator(&mut self) {
+        let method = &self.scene.method;
+        let (integrator, total) = (method.integrator(), method.is_total());
+        let fits = if total { !integrator.is_updated() } else { integrator.is_updated() };
+        self.require(fits, "method.integrator", || {
+            let name = word(&integrator);
+            let explicit = if total { "verlet, symplectic4, quasi_static, newmark, generalized_alpha, energy_momentum" } else { "usf, usl, musl" };
+            let formulation = word(&method.formulation);
+            format!("is \"{name}\", which formulation = \"{formulation}\" does not have; allowed: {explicit}")
+        });
+        let only = |this: Integrator| integrator == this;
+        for (path, value, has, least, most, of) in [
+            ("method.newmark_beta", method.newmark_beta, only(Integrator::Newmark), 1e-3, 0.5, "newmark"),
+            ("method.newmark_gamma", method.newmark_gamma, only(Integrator::Newmark), 0.5, 1.0, "newmark"),
+            ("method.spectral_radius", method.spectral_radius, only(Integrator::GeneralizedAlpha), 0.0, 1.0, "generalized_alpha"),
+            ("method.newton_residual", method.newton_residual, integrator.is_implicit(), 1e-14, 1e-2, ""),
+        ] {
+            let Some(value) = value else { continue };
+            self.require(has, path, || match of {
+                "" => "is for implicit integrators only; leave it out".into(),
+                of => format!("is for integrator = \"{of}\" only; leave it out"),
+            });
+            self.require((least..=most).contains(&value), path, || {
+                format!("is {}; must be {} to {}", plain(value), plain(least), plain(most))
+            });
+        }
+        if let Some(iterations) = method.newton_iterations {
+            self.require(integrator.is_implicit(), "method.newton_iterations", || "is for implicit integrators only; leave it out".into());
+            self.require((1..=1000).contains(&iterations), "method.newton_iterations", || format!("is {iterations}; must be 1 to 1000"));
+        }
+        if integrator.is_implicit() {
+            let time = &self.scene.time;
+            self.require(time.step.is_some(), "time.step", || "is missing; an implicit integrator has no stable step to go by".into());
+            self.require(time.cfl.is_none(), "time.cfl", || "is for explicit integrators only; give `step`".into());
+        }
+        let rate = self.scene.material.iter().find(|(_, m)| m.law == Law::HypoElastic);
+        if let (Some((name, _)), Integrator::EnergyMomentum) = (rate, integrator) {
+            let message = "is \"energy_momentum\", but the law of material";
+            self.fault("method.integrator", format!("{message} `{name}` has no stored energy; take another integrator or law"));
+        }
+    }
+
+    /// What the total formulation does not have.
+    fn formulation(&mut self) {
+        let method = &self.scene.method;
+        if !method.is_total() {
+            return;
+        }
+        let plain = Method::default();
+        self.require(matches!(method.basis, Basis::Linear | Basis::Bspline), "method.basis", || {
+            let name = word(&method.basis);
+            format!("is \"{name}\"; formulation = \"total\" has linear, bspline")
+        });
+        self.require(method.quadrature == plain.quadrature, "method.quadrature", || {
+            "is for formulation = \"updated\"; in \"total\" the particles stand at Gauss points themselves; leave it out".into()
+        });
+        self.require(method.transfer == plain.transfer && method.flip_share.is_none(), "method.transfer", || {
+            "is for formulation = \"updated\"; in \"total\" velocity stays on the nodes; leave it out".into()
+        });
+        for (path, given) in [
+            ("method.balance_mass", method.balance_mass.is_some()),
+            ("method.mass_solver", method.mass_solver.is_some()),
+            ("method.mass_residual", method.mass_residual.is_some()),
+            ("method.mass_tolerance", method.mass_tolerance.is_some()),
+        ] {
+            self.require(!given, path, || "is for formulation = \"updated\"; leave it out".into());
+        }
+        self.require(method.mass() != Mass::Fmpm, "method.mass", || "is \"fmpm\"; formulation = \"total\" has lumped, consistent".into());
+        self.require(self.scene.contact.is_none(), "contact", || {
+            "is for formulation = \"updated\": each body has a grid of its own in \"total\", and bodies do not see each other".into()
+        });
+        for (name, body) in &self.scene.body {
+            self.require(matches!(body.shape, Shape::Box { .. }), &format!("body.{name}.shape"), || {
+                "must be a box in formulation = \"total\", whose grid is fitted to the body; or take formulation = \"updated\"".into()
+            });
+        }
     }
 
     fn mass(&mut self) {
@@ -137,7 +217,7 @@ pub(super) fn warnings(scene: &Scene) -> Vec<Fault> {
     let method = &scene.method;
     let mut warnings = Vec::new();
     let full = method.mass() != Mass::Lumped || method.mass_of_balance() != Mass::Lumped;
-    if full && !method.quadrature_of_velocity() {
+    if full && !method.is_total() && !method.quadrature_of_velocity() {
         let mass = if method.mass() == Mass::Lumped { "method.balance_mass" } else { "method.mass" };
         warnings.push(Fault::new(
             mass,
@@ -147,4 +227,9 @@ pub(super) fn warnings(scene: &Scene) -> Vec<Fault> {
         ));
     }
     warnings
+}
+
+/// How a choice is written in a scene.
+fn word(choice: &impl serde::Serialize) -> String {
+    serde_json::to_value(choice).ok().and_then(|value| value.as_str().map(str::to_owned)).unwrap_or_default()
 }

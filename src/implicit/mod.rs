@@ -1,0 +1,9 @@
+//! Implicit steps: schemes in time, Newton's method, sparse systems. They know nodes and forces, not what made them.
+
+mod matrix;
+mod newton;
+mod scheme;
+
+pub(crate) use matrix::Matrix;
+pub(crate) use newton::{Balance, Failure, Residual, Rules, newton};
+pub(crate) use scheme::{Scheme, Trial};

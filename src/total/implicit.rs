@@ -1,0 +1,302 @@
+//! ONE IMPLICIT STEP of the total-Lagrangian method: the displacement at its end, by Newton's method.
+
+use super::force::{Task, Trouble};
+use super::reference::Vectors;
+use super::{Mass, Total};
+use crate::component::StepError;
+use crate::implicit::{Balance, Failure, Matrix, Residual, Scheme, Trial, newton};
+use crate::model::Model;
+use crate::state::State;
+
+/// How often a step is halved before it is given up.
+const HALVINGS: u32 = 8;
+
+/// Share of a prescribed displacement by which forces are differenced for the first guess.
+const SMALL: f64 = 1e-6;
+
+/// A step under way.
+struct Step<'a> {
+    total: &'a mut Total,
+    model: &'a Model,
+    state: &'a State,
+    scheme: Scheme,
+    trial: Trial,
+    /// Time at the start \[s\].
+    time: f64,
+    /// Its length \[s\].
+    length: f64,
+    /// Loads at the displacement last asked for \[N\].
+    external: Vectors,
+}
+
+impl Total {
+    /// One step of length `h` \[s\], or where that fails two of half the length.
+    pub(super) fn advance_implicitly(&mut self, model: &Model, state: &mut State, scheme: Scheme, h: f64) -> Result<(), StepError> {
+        self.halve(model, state, scheme, h, HALVINGS)?;
+        state.last_step = h;
+        state.steps += 1;
+        Ok(())
+    }
+
+    fn halve(&mut self, model: &Model, state: &mut State, scheme: Scheme, h: f64, left: u32) -> Result<(), StepError> {
+        let time = state.time;
+        if scheme.has_inertia() && state.nodes.acceleration.is_empty() {
+            self.initial_acceleration(model, state)?;
+        }
+        let mut matrix = match self.matrix.take() {
+            Some(matrix) => matrix,
+            None => self.pattern(model),
+        };
+        let solved = self.solve_step(model, state, scheme, h, &mut matrix);
+        self.matrix = Some(matrix);
+        let failure = match solved {
+            Ok(()) => return Ok(()),
+            Err(failure) => failure,
+        };
+        if left > 0 {
+            self.halve(model, state, scheme, 0.5 * h, left - 1)?;
+            return self.halve(model, state, scheme, 0.5 * h, left - 1);
+        }
+        Err(match failure {
+            Failure::NoConvergence(residuals) => StepError::NoEquilibrium { time, step: h, residuals },
+            Failure::Trouble(error) => error,
+        })
+    }
+
+    fn solve_step(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        scheme: Scheme,
+        h: f64,
+        matrix: &mut Matrix,
+    ) -> Result<(), Failure<StepError>> {
+        let (time, d) = (state.time, model.dimension);
+        let start = state.nodes.displacement.clone();
+        // where the held nodes go, and how fast they are on the mean
+        let mut prescribed = vec![[0.0; 3]; start.len()];
+        for held in &self.held {
+            let velocity = |t: f64| model.boundaries[held.boundary].velocity(held.axis, t).unwrap_or(0.0);
+            let ends = velocity(time) + velocity(time + h);
+            prescribed[held.node][held.axis] =
+                if scheme.is_conserving() { 0.5 * h * ends } else { h / 6.0 * (ends + 4.0 * velocity(time + 0.5 * h)) };
+        }
+        let moves = prescribed.iter().flatten().any(|v| *v != 0.0);
+        let mut guess = start.clone();
+        if scheme.has_inertia() {
+            for (u, v) in guess.iter_mut().zip(&state.nodes.velocity) {
+                (0..3).for_each(|a| u[a] += h * v[a]);
+            }
+            for held in &self.held {
+                guess[held.node][held.axis] = start[held.node][held.axis];
+            }
+        }
+        let before = if scheme.has_inertia() || !model.needs.work { Vec::new() } else { self.supports(model, state, time)? };
+        let rules = model.newton;
+        let trial = scheme.trial(h);
+        let mut step = Step { total: self, model, state, scheme, trial, time, length: h, external: Vec::new() };
+        // a guess too far may invert particles: then from the start
+        if step.residual(&guess).is_err() {
+            guess.clone_from(&start);
+        }
+        if moves {
+            step.follow(&prescribed, &mut guess, matrix)?;
+        }
+        let residuals = newton(&mut step, matrix, rules, &mut guess)?;
+        let residual = step.residual(&guess).map_err(Failure::Trouble)?;
+        let external = std::mem::take(&mut step.external);
+        self.iterations += residuals.len() as u64 - 1;
+
+        if !scheme.has_inertia() {
+            // there is no mean over a time that does not count: the last balance is it
+            self.impulse.fill([0.0; 3]);
+            self.kicked = 0.0;
+        }
+        for held in &self.held {
+            let reaction = -residual.forces[held.node][held.axis];
+            self.impulse[held.boundary][held.axis] += h * reaction;
+        }
+        self.kicked += h;
+        if model.needs.work {
+            // what acts on the nodes, as in `supports`: at the time of the balance, or the mean of both ends where there is no inertia
+            let mut acting = external;
+            for held in &self.held {
+                acting[held.node][held.axis] -= residual.forces[held.node][held.axis];
+            }
+            for (node, force) in acting.iter().enumerate() {
+                for a in 0..d {
+                    let mean = before.get(node).map_or(force[a], |before: &[f64; 3]| 0.5 * (force[a] + before[a]));
+                    state.external_work += mean * (guess[node][a] - start[node][a]);
+                }
+            }
+        }
+        let nodes = &mut state.nodes;
+        for (node, (end, start)) in guess.iter().zip(&start).enumerate() {
+            for a in 0..d {
+                let acceleration = nodes.acceleration.get(node).map_or(0.0, |all| all[a]);
+                let [v, next] = scheme.end(h, end[a] - start[a], nodes.velocity[node][a], acceleration);
+                nodes.velocity[node][a] = v;
+                if let Some(all) = nodes.acceleration.get_mut(node) {
+                    all[a] = next;
+                }
+            }
+        }
+        for held in &self.held {
+            let velocity = |t: f64| model.boundaries[held.boundary].velocity(held.axis, t).unwrap_or(0.0);
+            nodes.velocity[held.node][held.axis] = if scheme.has_inertia() { velocity(time + h) } else { 0.0 };
+        }
+        nodes.displacement = guess;
+        state.time = time + h;
+        self.internal.clear();
+        self.update(model, state, state.time).map_err(Failure::Trouble)
+    }
+
+    /// Forces that act on the nodes at the start of a quasi-static step \[N\]: loads, and supports that meet them.
+    fn supports(&mut self, model: &Model, state: &mut State, time: f64) -> Result<Vectors, Failure<StepError>> {
+        self.forces(model, state, time).map_err(Failure::Trouble)?;
+        let mut acting = self.external.clone();
+        for held in &self.held {
+            acting[held.node][held.axis] = -self.internal[held.node][held.axis];
+        }
+        Ok(acting)
+    }
+
+    /// Acceleration of the nodes at time 0, from the forces there.
+    fn initial_acceleration(&mut self, model: &Model, state: &mut State) -> Result<(), StepError> {
+        self.forces(model, state, state.time)?;
+        let total: Vectors = self.internal.iter().zip(&self.external).map(|(i, e)| std::array::from_fn(|a| i[a] + e[a])).collect();
+        let mut acceleration = vec![[0.0; 3]; total.len()];
+        self.solve(model, &total, &mut acceleration);
+        state.nodes.acceleration = acceleration;
+        Ok(())
+    }
+
+    /// The pattern of the stiffness: nodes of the same cell are coupled.
+    fn pattern(&self, model: &Model) -> Matrix {
+        let held: std::collections::HashSet<(usize, usize)> = self.held.iter().map(|h| (h.node, h.axis)).collect();
+        let cells: Vec<Vec<u32>> = self.bodies.iter().flat_map(|body| body.reference.cells()).collect();
+        Matrix::new(self.acceleration.len(), model.dimension, cells.iter().map(Vec::as_slice), |node, axis| held.contains(&(node, axis)))
+    }
+}
+
+impl Step<'_> {
+    fn at(&self, u: &[[f64; 3]], share: f64) -> Vectors {
+        let start = &self.state.nodes.displacement;
+        u.iter().zip(start).map(|(u, s)| std::array::from_fn(|a| s[a] + share * (u[a] - s[a]))).collect()
+    }
+
+    fn each_body(
+        &self,
+        displacement: &[[f64; 3]],
+        mut sum: impl FnMut(&Task<'_>) -> Result<(), Trouble>,
+    ) -> Result<(), StepError> {
+        for (body, described) in self.total.bodies.iter().zip(&self.model.bodies) {
+            let task = Task {
+                reference: &body.reference,
+                material: &described.material,
+                embedding: self.model.embedding,
+                first: described.particles.start,
+                last: described.particles.end,
+                displacement,
+                updated: false,
+                conserving: self.scheme.is_conserving(),
+            };
+            sum(&task).map_err(|trouble| self.total.explain(self.model, self.state, self.time, &trouble))?;
+        }
+        Ok(())
+    }
+
+    /// Carries a guess along with nodes whose displacement is prescribed, by one linear solve.
+    fn follow(&mut self, prescribed: &[[f64; 3]], guess: &mut Vectors, matrix: &mut Matrix) -> Result<(), Failure<StepError>> {
+        let here = self.residual(guess).map_err(Failure::Trouble)?;
+        let pushed = |share: f64| -> Vectors {
+            guess.iter().zip(prescribed).map(|(u, p)| std::array::from_fn(|a| u[a] + share * p[a])).collect()
+        };
+        let there = self.residual(&pushed(SMALL)).map_err(Failure::Trouble)?;
+        matrix.clear();
+        let symmetric = self.stiffness(guess, matrix).map_err(Failure::Trouble)?;
+        let mut right: Vec<f64> = matrix
+            .components()
+            .map(|(node, a)| here.forces[node][a] + (there.forces[node][a] - here.forces[node][a]) / SMALL)
+            .collect();
+        let Some(factor) = matrix.factor(symmetric) else { return Err(Failure::NoConvergence(Vec::new())) };
+        factor.solve(&mut right);
+        let mut next = pushed(1.0);
+        for ((node, axis), c) in matrix.components().zip(&right) {
+            next[node][axis] += c;
+        }
+        *guess = next;
+        Ok(())
+    }
+}
+
+impl Balance for Step<'_> {
+    type Trouble = StepError;
+
+    fn residual(&mut self, u: &[[f64; 3]]) -> Result<Residual, StepError> {
+        let n = u.len();
+        let d = self.model.dimension;
+        let mut internal = vec![[0.0; 3]; n];
+        let inner = self.at(u, self.trial.inner);
+        let force = self.total.sweeps.force;
+        self.each_body(&inner, |task| force(task, &self.state.particles, &mut internal))?;
+        let outer = self.at(u, self.trial.outer);
+        self.external.clear();
+        self.external.resize(n, [0.0; 3]);
+        let time = self.time + self.trial.time * self.length;
+        self.total.load(self.model, self.state, time, &outer, &mut self.external)?;
+        let mut forces: Vectors = internal.iter().zip(&self.external).map(|(i, e)| std::array::from_fn(|a| i[a] + e[a])).collect();
+        let norm = |v: &[[f64; 3]]| v.iter().flatten().map(|v| v * v).sum::<f64>().sqrt();
+        let mut size = norm(&internal).max(norm(&self.external));
+        if self.scheme.has_inertia() {
+            let [by_moved, by_velocity, by_acceleration] = self.trial.acceleration;
+            let nodes = &self.state.nodes;
+            let mut acceleration = vec![[0.0; 3]; n];
+            for node in 0..n {
+                for a in 0..d {
+                    acceleration[node][a] = by_moved * (u[node][a] - nodes.displacement[node][a])
+                        + by_velocity * nodes.velocity[node][a]
+                        + by_acceleration * nodes.acceleration[node][a];
+                }
+            }
+            for held in &self.total.held {
+                let velocity = |t: f64| self.model.boundaries[held.boundary].velocity(held.axis, t).unwrap_or(0.0);
+                acceleration[held.node][held.axis] = (velocity(self.time + self.length) - velocity(self.time)) / self.length;
+            }
+            let inertia = self.total.times(self.model, &acceleration);
+            size = size.max(norm(&inertia));
+            for (force, inertia) in forces.iter_mut().zip(&inertia) {
+                (0..d).for_each(|a| force[a] -= inertia[a]);
+            }
+        }
+        Ok(Residual { forces, size })
+    }
+
+    fn stiffness(&mut self, u: &[[f64; 3]], matrix: &mut Matrix) -> Result<bool, StepError> {
+        let inner = self.at(u, self.trial.inner);
+        let stiffness = self.total.sweeps.stiffness;
+        let share = self.trial.inner;
+        self.each_body(&inner, |task| stiffness(task, &self.state.particles, share, matrix))?;
+        let outer = self.at(u, self.trial.outer);
+        let time = self.time + self.trial.time * self.length;
+        let follows = self.total.load_stiffness(self.model, self.state, time, &outer, self.trial.outer, matrix)?;
+        let by_moved = self.trial.acceleration[0];
+        if self.scheme.has_inertia() {
+            for body in &self.total.bodies {
+                let nodes = body.reference.start..body.reference.start + body.reference.len();
+                matrix.add_scalar(|i, j| {
+                    if !nodes.contains(&i) || !nodes.contains(&j) {
+                        return 0.0;
+                    }
+                    let (i, j) = (i - nodes.start, j - nodes.start);
+                    by_moved
+                        * match &body.mass {
+                            Mass::Lumped(masses) => if i == j { masses[i] } else { 0.0 },
+                            Mass::Consistent(mass) => mass.entry(i, j),
+                        }
+                });
+            }
+        }
+        Ok(!follows && !self.scheme.is_conserving())
+    }
+}

@@ -1,0 +1,156 @@
+//! Implicit steps of the total-Lagrangian formulation: statics and dynamics.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use matpoint::Simulation;
+use matpoint::scene::Scene;
+
+fn build(text: &str) -> Simulation {
+    Scene::from_toml(text).unwrap().build().unwrap()
+}
+
+fn value(sim: &mut Simulation, name: &str) -> f64 {
+    sim.get(name).unwrap()[0]
+}
+
+/// Tip displacement over length of a cantilever, L / h = 10, under a dead tip load P with P L^2 / E I = `alpha`.
+fn elastica(alpha: f64, cells: usize, degree: usize, steps: usize) -> [f64; 2] {
+    // E = 12e6, L = 10, h = 1: E I = 1e6 for a unit of thickness
+    let mut sim = build(&format!(
+        r#"
+        title = "cantilever"
+        dimension = 2
+        grid = {{ origin = [0, 0], size = [10, 1], cell = {} }}
+        material.m = {{ law = "neo_hookean", young = 12e6, poisson = 0.0, density = 1000.0 }}
+        body.beam = {{ material = "m", shape = {{ box = {{ min = [0, 0], max = [10, 1] }} }} }}
+        boundary.root = {{ face = "x-", fixed = ["x", "y"] }}
+        load.tip.traction = {{ body = "beam", face = "x+", value = [0, "{}*t"] }}
+        probe.tip = {{ at = [10, 0.5] }}
+        method = {{ formulation = "total", degree = {degree}, integrator = "quasi_static" }}
+        time = {{ end = 1.0, step = {} }}
+        "#,
+        1.0 / cells as f64,
+        1e4 * alpha,
+        1.0 / steps as f64
+    ));
+    sim.step(1.0).unwrap();
+    let reaction = sim.get("boundary/root/reaction").unwrap().to_vec();
+    // equilibrium is solved to 1e-10 of the forces in balance
+    assert!(reaction[0].abs() < 1e-9 * 1e4 * alpha && (reaction[1] / (1e4 * alpha) + 1.0).abs() < 1e-9, "{reaction:?}");
+    let tip = sim.get("probe/tip/displacement").unwrap();
+    [tip[0] / 10.0, tip[1] / 10.0]
+}
+
+/// References: Q2 finite elements of the same continuum, to 5e-6 (alpha 1 and 10); 2 is converged here, with degree 4 and 6 cells.
+#[test]
+fn cantilever_under_a_dead_tip_load() {
+    let [fine_u, fine_w] = elastica(2.0, 6, 4, 4);
+    for (alpha, steps, u, w) in [(1.0, 1, -0.056694, 0.303753), (2.0, 4, fine_u, fine_w), (10.0, 10, -0.559307, 0.824310)] {
+        let found = elastica(alpha, 4, 3, steps);
+        println!("P L^2/EI = {alpha}: {found:?}, reference {u} {w}");
+        assert!((found[0] - u).abs() < 1e-4 && (found[1] - w).abs() < 1e-4);
+    }
+}
+
+/// A hung column of 50 m: the Cauchy stress is that of the weight below for any law, the displacement an integral (AMPLE).
+#[test]
+fn column_under_self_weight() {
+    for (law, top) in [("hencky", -0.962009), ("neo_hookean", -0.986670)] {
+        let mut sim = build(&format!(
+            r#"
+            title = "column"
+            dimension = 1
+            grid = {{ origin = [0], size = [50], cell = 1.0 }}
+            material.m = {{ law = "{law}", young = 1e6, density = 80.0 }}
+            body.column = {{ material = "m", shape = {{ box = {{ min = [0], max = [50] }} }} }}
+            boundary.foot = {{ face = "x-", fixed = ["x"] }}
+            load.weight.gravity = ["-10*t"]
+            probe.top = {{ at = [50] }}
+            method = {{ formulation = "total", degree = 3, integrator = "quasi_static" }}
+            time = {{ end = 1.0, step = 0.25 }}
+            exact = {{ stress = {{ xx = "-80*10*(50-x)" }} }}
+            "#
+        ));
+        sim.step(1.0).unwrap();
+        let found = value(&mut sim, "probe/top/displacement");
+        let error = value(&mut sim, "error/stress") / 4e4;
+        println!("{law}: top {found}, reference {top}; stress error {error:e} of the largest");
+        assert!((found - top).abs() < 1e-6);
+        assert!(error < 1e-8);
+    }
+}
+
+/// The compliant cantilever (B10) to 1.05 s.
+fn compliant(method: &str, time: &str) -> [f64; 2] {
+    let mut sim = build(&format!(
+        r#"
+        title = "compliant cantilever"
+        dimension = 2
+        grid = {{ origin = [0, 0], size = [4, 1], cell = 0.25 }}
+        material.m = {{ law = "neo_hookean", young = 1e6, poisson = 0.3, density = 1050.0 }}
+        body.beam = {{ material = "m", shape = {{ box = {{ min = [0, 0], max = [4, 1] }} }} }}
+        boundary.root = {{ face = "x-", fixed = ["x", "y"] }}
+        load.weight.gravity = [0, -10]
+        probe.corner = {{ at = [4, 0] }}
+        method = {{ {method} }}
+        time = {{ end = 1.2, {time} }}
+        "#
+    ));
+    let mut lowest = 0.0f64;
+    let mut at = 0.0;
+    for i in 1..=220 {
+        sim.step(0.005).unwrap();
+        let y = sim.get("probe/corner/displacement").unwrap()[1];
+        if y < lowest {
+            (lowest, at) = (y, 0.005 * f64::from(i));
+        }
+    }
+    println!("{method}: lowest {lowest} at {at}");
+    [lowest, at]
+}
+
+/// Reference: Q2 finite elements on 32 x 8, -3.305 m at 1.049 s.
+#[test]
+fn compliant_cantilever() {
+    let explicit = compliant("formulation = \"total\", degree = 3", "cfl = 0.8");
+    let newmark = compliant("formulation = \"total\", degree = 3, integrator = \"newmark\"", "step = 0.0025");
+    let alpha = compliant("formulation = \"total\", degree = 3, integrator = \"generalized_alpha\"", "step = 0.0025");
+    let conserving = compliant("formulation = \"total\", degree = 3, integrator = \"energy_momentum\"", "step = 0.0025");
+    for found in [explicit, newmark, alpha, conserving] {
+        assert!((found[0] / -3.305 - 1.0).abs() < 0.005, "{found:?}");
+        assert!((found[0] / explicit[0] - 1.0).abs() < 0.002, "{found:?}");
+    }
+}
+
+/// A free block that tumbles and swings with large strain: what it must keep.
+#[test]
+fn energy_and_momenta_of_a_free_body() {
+    for (integrator, time, energy, momentum) in
+        [("energy_momentum", "step = 0.02", 1e-10, 1e-10), ("verlet", "cfl = 0.05", 1e-4, 1e-10)]
+    {
+        let mut sim = build(&format!(
+            r#"
+            title = "tumbling block"
+            dimension = 2
+            grid = {{ origin = [-1, -0.5], size = [2, 1], cell = 0.5 }}
+            material.m = {{ law = "neo_hookean", young = 100.0, poisson = 0.3, density = 1.0 }}
+            body.block = {{ material = "m", shape = {{ box = {{ min = [-1, -0.5], max = [1, 0.5] }} }}, velocity = ["2*x - 1.5*y + 0.3", "1.5*x - 2*y"] }}
+            method = {{ formulation = "total", degree = 2, integrator = "{integrator}", {} }}
+            time = {{ end = 20.0, {time} }}
+            "#,
+            if integrator == "verlet" { "" } else { "newton_residual = 1e-12" }
+        ));
+        let angular = *sim.get("momentum/angular").unwrap().last().unwrap();
+        let linear = sim.get("momentum/linear").unwrap().to_vec();
+        let before = value(&mut sim, "energy/total");
+        let mut drift = 0.0f64;
+        for _ in 0..100 {
+            sim.step(0.2).unwrap();
+            drift = drift.max((value(&mut sim, "energy/total") / before - 1.0).abs());
+        }
+        let turned = (sim.get("momentum/angular").unwrap().last().unwrap() / angular - 1.0).abs();
+        let carried = (sim.get("momentum/linear").unwrap()[0] / linear[0] - 1.0).abs();
+        println!("{integrator}: energy {drift:e}, angular momentum {turned:e}, linear {carried:e}");
+        assert!(drift < energy && turned < momentum && carried < momentum);
+    }
+}
