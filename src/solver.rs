@@ -5,12 +5,14 @@ use crate::model::Model;
 use crate::state::State;
 use crate::step::measure::Measures;
 use crate::step::{Stepper, Wrong, limit};
-use crate::total::Total;
+use crate::total::{Total, Updated};
 
 /// What moves a state on.
 pub(crate) enum Solver {
     /// Particles through a grid that forgets.
     Updated(Box<Stepper>),
+    /// The same in implicit steps.
+    Implicit(Box<Updated>),
     /// Bodies on grids of their own.
     Total(Box<Total>),
 }
@@ -22,6 +24,8 @@ impl Solver {
             let mut total = Total::new(model, state);
             total.start(model, state);
             Self::Total(Box::new(total))
+        } else if model.implicit.is_some() {
+            Self::Implicit(Box::new(Updated::new(model)))
         } else {
             Self::Updated(Box::new(Stepper::new(model)))
         }
@@ -33,7 +37,7 @@ impl Solver {
             return Ok(f64::INFINITY);
         }
         match self {
-            Self::Updated(_) => limit::stable_step(model, state),
+            Self::Updated(_) | Self::Implicit(_) => limit::stable_step(model, state),
             Self::Total(total) => total.stable_step(model, state),
         }
     }
@@ -50,6 +54,7 @@ impl Solver {
     pub(crate) fn forget(&mut self, model: &Model) {
         match self {
             Self::Updated(stepper) => stepper.forget(model),
+            Self::Implicit(updated) => updated.stepper.forget(model),
             Self::Total(total) => total.forget(),
         }
     }
@@ -58,6 +63,7 @@ impl Solver {
     pub(crate) fn begin(&mut self, model: &Model) {
         match self {
             Self::Updated(stepper) => stepper.begin(model),
+            Self::Implicit(updated) => updated.begin(model),
             Self::Total(total) => total.begin(model),
         }
     }
@@ -66,6 +72,10 @@ impl Solver {
     pub(crate) fn advance(&mut self, model: &Model, state: &mut State, dt: f64) -> Result<(), StepError> {
         match self {
             Self::Updated(stepper) => stepper.advance(model, state, dt),
+            Self::Implicit(updated) => match model.implicit {
+                Some(scheme) => updated.advance(model, state, scheme, dt),
+                None => updated.stepper.advance(model, state, dt),
+            },
             Self::Total(total) => total.advance(model, state, dt),
         }
     }
@@ -75,6 +85,7 @@ impl Solver {
         state.reactions.clear();
         match self {
             Self::Updated(stepper) => state.reactions.extend(stepper.mean_reactions()),
+            Self::Implicit(updated) => state.reactions.extend(updated.mean_reactions()),
             Self::Total(total) => {
                 state.reactions.extend(total.mean_reactions());
                 total.show(model, state);
@@ -86,6 +97,7 @@ impl Solver {
     pub(crate) fn iterations(&self) -> u64 {
         match self {
             Self::Updated(stepper) => stepper.iterations,
+            Self::Implicit(updated) => updated.iterations(),
             Self::Total(total) => total.iterations(),
         }
     }
@@ -94,6 +106,7 @@ impl Solver {
     pub(crate) fn measure(&mut self, model: &Model, state: &mut State) -> Result<Measures, StepError> {
         match self {
             Self::Updated(stepper) => stepper.measure(model, state),
+            Self::Implicit(updated) => updated.stepper.measure(model, state),
             Self::Total(total) => Ok(total.measure(model, state)),
         }
     }
@@ -102,6 +115,7 @@ impl Solver {
     pub(crate) fn lookup(&mut self, state: &State) -> &[u32] {
         match self {
             Self::Updated(stepper) => stepper.lookup(state),
+            Self::Implicit(updated) => updated.stepper.lookup(state),
             Self::Total(total) => total.lookup(),
         }
     }
@@ -110,6 +124,7 @@ impl Solver {
     pub(crate) fn bytes(&self) -> usize {
         match self {
             Self::Updated(stepper) => stepper.grid.bytes(),
+            Self::Implicit(updated) => updated.stepper.grid.bytes(),
             Self::Total(total) => total.bytes(),
         }
     }
@@ -125,6 +140,7 @@ impl Solver {
     pub(crate) fn nodal_force(&mut self, model: &Model, state: &mut State, node: [i32; 3]) -> Result<Option<f64>, StepError> {
         match self {
             Self::Updated(stepper) => stepper.nodal_force(model, state, node),
+            Self::Implicit(updated) => updated.stepper.nodal_force(model, state, node),
             Self::Total(_) => Ok(None),
         }
     }

@@ -92,6 +92,8 @@ pub(crate) struct Particles {
     pub(crate) history: Table,
     /// Stretch across the plane or axis \[-\], (n, 1); empty unless stress-free there.
     pub(crate) lateral: Table,
+    /// Acceleration \[m/s2\], (n, D); empty but for implicit schemes of the updated formulation that need it.
+    pub(crate) acceleration: Table,
 }
 
 impl Particles {
@@ -99,13 +101,13 @@ impl Particles {
         self.id.len()
     }
 
-    fn tables(&self) -> [&Table; 6] {
-        [&self.position, &self.velocity, &self.deformation, &self.affine, &self.history, &self.lateral]
+    fn tables(&self) -> [&Table; 7] {
+        [&self.position, &self.velocity, &self.deformation, &self.affine, &self.history, &self.lateral, &self.acceleration]
     }
 
     /// Tables, to be handled alike when particles are sorted.
-    pub(crate) fn tables_mut(&mut self) -> [&mut Table; 6] {
-        [&mut self.position, &mut self.velocity, &mut self.deformation, &mut self.affine, &mut self.history, &mut self.lateral]
+    pub(crate) fn tables_mut(&mut self) -> [&mut Table; 7] {
+        [&mut self.position, &mut self.velocity, &mut self.deformation, &mut self.affine, &mut self.history, &mut self.lateral, &mut self.acceleration]
     }
 
     /// Memory of one particle \[bytes\].
@@ -124,6 +126,7 @@ impl Particles {
             && self.affine.is(other.affine.width(), n)
             && self.history.is(other.history.width(), n)
             && self.lateral.is(other.lateral.width(), n)
+            && self.acceleration.is(other.acceleration.width(), n)
     }
 }
 

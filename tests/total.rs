@@ -13,11 +13,6 @@ fn value(sim: &mut Simulation, name: &str) -> f64 {
     sim.get(name).unwrap()[0]
 }
 
-/// Orders between successive grids, each twice as fine.
-fn orders(errors: &[f64]) -> Vec<f64> {
-    errors.windows(2).map(|e| (e[0] / e[1]).log2()).collect()
-}
-
 /// The vibrating bar of Tielen 2016, chapter 5, after 0.02 s: error of the displacement.
 fn small_bar(cells: usize, degree: usize) -> f64 {
     let mut sim = build(&format!(
@@ -117,20 +112,22 @@ fn manufactured(dimension: usize, cells: usize, degree: usize) -> f64 {
         force = each(&force),
         displacement = each(&displacement),
     ));
-    // three eighths of a period: displacement and velocity are both large
-    sim.step(0.75 / c).unwrap();
+    // an eighth of a period: displacement and velocity are both large
+    sim.step(0.25 / c).unwrap();
     value(&mut sim, "error/displacement")
 }
 
 /// Order p + 1 in displacement, the best that degree p can do, in 1D, 2D and 3D.
 #[test]
 fn manufactured_solutions_converge_at_the_best_order() {
-    for (dimension, grids) in [(1, [4, 8, 16, 32]), (2, [2, 4, 8, 16]), (3, [2, 3, 4, 6])] {
-        for degree in 1..=4 {
-            let errors = grids.map(|cells| manufactured(dimension, cells, degree));
-            let (first, last) = (grids[0] as f64, grids[3] as f64);
-            let order = (errors[0] / errors[3]).log2() / (last / first).log2();
-            println!("{dimension}D, degree {degree}: {}, orders {:.2?}, mean {order:.2}", errors.map(|e| format!("{e:.2e}")).join(" "), orders(&errors));
+    // all degrees on four grids in three dimensions take minutes: the study of accuracy does them
+    let cases: [(usize, &[usize], usize); 3] = [(1, &[4, 8, 16, 32], 4), (2, &[4, 6, 8, 12], 4), (3, &[4, 6], 3)];
+    for (dimension, grids, most) in cases {
+        for degree in 1..=most {
+            let errors: Vec<f64> = grids.iter().map(|&cells| manufactured(dimension, cells, degree)).collect();
+            let (first, last) = (grids[0] as f64, grids[grids.len() - 1] as f64);
+            let order = (errors[0] / errors[errors.len() - 1]).log2() / (last / first).log2();
+            println!("{dimension}D, degree {degree}, cells {grids:?}: {errors:?}, order {order:.2}");
             assert!(order >= degree as f64 + 0.8, "{dimension}D, degree {degree}: {order}");
         }
     }

@@ -139,6 +139,27 @@ impl Matrix {
         }
     }
 
+    /// The matrix, of one component, times a nodal field.
+    pub(crate) fn times(&self, field: &[f64]) -> Vec<f64> {
+        let mut image = vec![0.0; field.len()];
+        for (column, &(node, _)) in self.component.iter().enumerate() {
+            for (&row, value) in self.values.symbolic().row_idx_of_col_raw(column).iter().zip(self.values.val_of_col(column)) {
+                image[self.component[row].0 as usize] += value * field[node as usize];
+            }
+        }
+        image
+    }
+
+    /// The entry of two nodes of a matrix of one component; 0 where they are not coupled.
+    pub(crate) fn entry(&self, node: usize, other: usize) -> f64 {
+        let (row, column) = (self.number[node], self.number[other]);
+        if row == HELD || column == HELD {
+            return 0.0;
+        }
+        let rows = self.values.symbolic().row_idx_of_col_raw(column as usize);
+        rows.binary_search(&(row as usize)).map_or(0.0, |at| self.values.val_of_col(column as usize)[at])
+    }
+
     /// A factor of the matrix: Cholesky where it is symmetric and positive, else by elimination. `None` where it is singular.
     pub(crate) fn factor(&mut self, symmetric: bool) -> Option<Factor> {
         if symmetric {

@@ -4,6 +4,6 @@ mod matrix;
 mod newton;
 mod scheme;
 
-pub(crate) use matrix::Matrix;
+pub(crate) use matrix::{Factor, Matrix};
 pub(crate) use newton::{Balance, Failure, Residual, Rules, newton};
 pub(crate) use scheme::{Scheme, Trial};

@@ -51,6 +51,11 @@ impl Scheme {
         self != Self::QuasiStatic
     }
 
+    /// Whether the acceleration at the start is part of the state.
+    pub(crate) fn needs_acceleration(self) -> bool {
+        matches!(self, Self::Newmark { .. })
+    }
+
     pub(crate) fn is_conserving(self) -> bool {
         self == Self::EnergyMomentum
     }

@@ -322,6 +322,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
     }
     let n = samples.len();
     let embedding = Embedding::new(dimension, scene.plane);
+    let implicit = Scheme::new(method);
     let history = bodies.iter().map(|b| b.material.history()).max().unwrap_or(0);
     let lateral = embedding.stress_free;
 
@@ -340,6 +341,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         affine: Table::new(if affine { dimension * dimension } else { 0 }, n),
         history: Table::new(history, n),
         lateral: if lateral { ones(n) } else { Table::default() },
+        acceleration: if !method.is_total() && implicit.is_some_and(Scheme::needs_acceleration) { Table::new(dimension, n) } else { Table::new(0, n) },
     };
     let mut state = State { particles, ..State::default() };
     for (body, described) in bodies.iter().zip(scene.body.values()) {
@@ -394,7 +396,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         probes,
         reference,
         integrator: method.integrator(),
-        implicit: Scheme::new(method),
+        implicit,
         newton: Rules { residual: method.newton_residual.unwrap_or(1e-10), iterations: method.newton_iterations.unwrap_or(20) },
         total: method.is_total(),
         transfer: method.transfer,

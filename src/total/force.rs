@@ -11,9 +11,11 @@ pub(crate) struct Task<'a> {
     pub(crate) reference: &'a Reference,
     pub(crate) material: &'a Material,
     pub(crate) embedding: Embedding,
-    /// First particle of the body.
+    /// Its particles in memory.
     pub(crate) first: usize,
     pub(crate) last: usize,
+    /// Particle in memory whose functions are the first of the reference.
+    pub(crate) offset: usize,
     /// Displacement of the nodes \[m\]: since time 0, or since the start of the step.
     pub(crate) displacement: &'a [[f64; 3]],
     /// Whether the functions are those of the configuration at the start of the step.
@@ -108,7 +110,7 @@ impl Task<'_> {
 
 fn advance<const D: usize, const W: usize>(task: &Task<'_>, particles: &mut Particles, force: &mut [[f64; 3]]) -> Result<(), Trouble> {
     for p in task.first..task.last {
-        let at = task.reference.particle(p - task.first);
+        let at = task.reference.particle(p - task.offset);
         let (start, new) = task.deform::<D, W>(particles, p, &at);
         let answer = task.material.answer(task.embedding, &start, &new).map_err(|why| Trouble { particle: p, why })?;
         keep(particles, p, &new, &answer, task.embedding.stress_free);
@@ -120,7 +122,7 @@ fn advance<const D: usize, const W: usize>(task: &Task<'_>, particles: &mut Part
 
 fn force<const D: usize, const W: usize>(task: &Task<'_>, particles: &Particles, force: &mut [[f64; 3]]) -> Result<(), Trouble> {
     for p in task.first..task.last {
-        let at = task.reference.particle(p - task.first);
+        let at = task.reference.particle(p - task.offset);
         let (start, new) = task.deform::<D, W>(particles, p, &at);
         let stress = task.stress(&start, &new, p)?;
         task.push::<D, W>(&at, particles.volume[p], &stress, force);
@@ -140,7 +142,7 @@ fn stiffness<const D: usize, const W: usize>(
     let mut block = vec![0.0; (most * D) * (most * D)];
     let mut cell = None;
     for p in task.first..task.last {
-        let at = task.reference.particle(p - task.first);
+        let at = task.reference.particle(p - task.offset);
         if cell != Some(at.cell()) {
             if cell.is_some() {
                 matrix.add(&nodes, &block);

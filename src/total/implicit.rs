@@ -2,7 +2,7 @@
 
 use super::force::{Task, Trouble};
 use super::reference::Vectors;
-use super::{Mass, Total};
+use super::Total;
 use crate::component::StepError;
 use crate::implicit::{Balance, Failure, Matrix, Residual, Scheme, Trial, newton};
 use crate::model::Model;
@@ -29,41 +29,56 @@ struct Step<'a> {
     external: Vectors,
 }
 
+/// One step of length `h` \[s\], or where that fails two of half the length, and so on.
+pub(super) fn in_halves(
+    state: &mut State,
+    h: f64,
+    step: &mut impl FnMut(&mut State, f64) -> Result<(), Failure<StepError>>,
+) -> Result<(), StepError> {
+    fn halve(
+        state: &mut State,
+        h: f64,
+        left: u32,
+        step: &mut impl FnMut(&mut State, f64) -> Result<(), Failure<StepError>>,
+    ) -> Result<(), StepError> {
+        let time = state.time;
+        match step(state, h) {
+            Ok(()) => Ok(()),
+            Err(_) if left > 0 => {
+                halve(state, 0.5 * h, left - 1, step)?;
+                halve(state, 0.5 * h, left - 1, step)
+            }
+            Err(Failure::NoConvergence(residuals)) => Err(StepError::NoEquilibrium { time, step: h, residuals }),
+            Err(Failure::Trouble(error)) => Err(error),
+        }
+    }
+    halve(state, h, HALVINGS, step)
+}
+
 impl Total {
     /// One step of length `h` \[s\], or where that fails two of half the length.
     pub(super) fn advance_implicitly(&mut self, model: &Model, state: &mut State, scheme: Scheme, h: f64) -> Result<(), StepError> {
-        self.halve(model, state, scheme, h, HALVINGS)?;
+        in_halves(state, h, &mut |state, h| self.solve_step(model, state, scheme, h))?;
         state.last_step = h;
         state.steps += 1;
         Ok(())
     }
 
-    fn halve(&mut self, model: &Model, state: &mut State, scheme: Scheme, h: f64, left: u32) -> Result<(), StepError> {
-        let time = state.time;
-        if scheme.has_inertia() && state.nodes.acceleration.is_empty() {
-            self.initial_acceleration(model, state)?;
+    /// One step; a failed one leaves the state as it was.
+    pub(super) fn solve_step(&mut self, model: &Model, state: &mut State, scheme: Scheme, h: f64) -> Result<(), Failure<StepError>> {
+        if scheme.needs_acceleration() && state.nodes.acceleration.is_empty() {
+            self.initial_acceleration(model, state).map_err(Failure::Trouble)?;
         }
         let mut matrix = match self.matrix.take() {
             Some(matrix) => matrix,
             None => self.pattern(model),
         };
-        let solved = self.solve_step(model, state, scheme, h, &mut matrix);
+        let solved = self.solve_balance(model, state, scheme, h, &mut matrix);
         self.matrix = Some(matrix);
-        let failure = match solved {
-            Ok(()) => return Ok(()),
-            Err(failure) => failure,
-        };
-        if left > 0 {
-            self.halve(model, state, scheme, 0.5 * h, left - 1)?;
-            return self.halve(model, state, scheme, 0.5 * h, left - 1);
-        }
-        Err(match failure {
-            Failure::NoConvergence(residuals) => StepError::NoEquilibrium { time, step: h, residuals },
-            Failure::Trouble(error) => error,
-        })
+        solved
     }
 
-    fn solve_step(
+    fn solve_balance(
         &mut self,
         model: &Model,
         state: &mut State,
@@ -162,7 +177,7 @@ impl Total {
     }
 
     /// Acceleration of the nodes at time 0, from the forces there.
-    fn initial_acceleration(&mut self, model: &Model, state: &mut State) -> Result<(), StepError> {
+    pub(super) fn initial_acceleration(&mut self, model: &Model, state: &mut State) -> Result<(), StepError> {
         self.forces(model, state, state.time)?;
         let total: Vectors = self.internal.iter().zip(&self.external).map(|(i, e)| std::array::from_fn(|a| i[a] + e[a])).collect();
         let mut acceleration = vec![[0.0; 3]; total.len()];
@@ -190,17 +205,8 @@ impl Step<'_> {
         displacement: &[[f64; 3]],
         mut sum: impl FnMut(&Task<'_>) -> Result<(), Trouble>,
     ) -> Result<(), StepError> {
-        for (body, described) in self.total.bodies.iter().zip(&self.model.bodies) {
-            let task = Task {
-                reference: &body.reference,
-                material: &described.material,
-                embedding: self.model.embedding,
-                first: described.particles.start,
-                last: described.particles.end,
-                displacement,
-                updated: false,
-                conserving: self.scheme.is_conserving(),
-            };
+        for part in &self.total.parts {
+            let task = self.total.task(self.model, part, displacement, self.scheme.is_conserving());
             sum(&task).map_err(|trouble| self.total.explain(self.model, self.state, self.time, &trouble))?;
         }
         Ok(())
@@ -256,7 +262,7 @@ impl Balance for Step<'_> {
                 for a in 0..d {
                     acceleration[node][a] = by_moved * (u[node][a] - nodes.displacement[node][a])
                         + by_velocity * nodes.velocity[node][a]
-                        + by_acceleration * nodes.acceleration[node][a];
+                        + by_acceleration * nodes.acceleration.get(node).map_or(0.0, |all| all[a]);
                 }
             }
             for held in &self.total.held {
@@ -289,11 +295,7 @@ impl Balance for Step<'_> {
                         return 0.0;
                     }
                     let (i, j) = (i - nodes.start, j - nodes.start);
-                    by_moved
-                        * match &body.mass {
-                            Mass::Lumped(masses) => if i == j { masses[i] } else { 0.0 },
-                            Mass::Consistent(mass) => mass.entry(i, j),
-                        }
+                    by_moved * body.mass.entry(i, j)
                 });
             }
         }

@@ -10,18 +10,23 @@ mod limit;
 mod load;
 mod mass;
 mod reference;
+mod sparse_mass;
+mod updated;
 
-pub(crate) use reference::Vectors;
+pub(crate) use updated::Updated;
+
+use reference::Vectors;
+use sparse_mass::SparseMass;
 
 use crate::component::StepError;
 use crate::material::point;
 use crate::model::{Boundary, Model};
 use crate::scene::Integrator;
-use crate::state::{Nodes, State};
+use crate::state::{Nodes, State, Table};
 use crate::step::measure::Measures;
 use crate::implicit::Matrix;
 use force::{Sweeps, Task, Trouble};
-use load::Action;
+use load::{Action, Host};
 use mass::BoxMass;
 use nalgebra::Vector3;
 use reference::Reference;
@@ -54,12 +59,63 @@ enum Mass {
     /// Of each node \[kg\].
     Lumped(Vec<f64>),
     Consistent(BoxMass),
+    /// Of a body that is no box.
+    Sparse(SparseMass),
 }
 
-/// A body with all that never changes.
+impl Mass {
+    /// `masses` are those of the particles of a grid \[kg\]; `filled` is the body that fills it, if one does.
+    fn new(model: &Model, reference: &Reference, masses: &[f64], held: &[Held], filled: Option<&crate::model::Body>) -> Self {
+        if model.balance.is_lumped() {
+            let mut sums = vec![0.0; reference.len()];
+            for (p, mass) in masses.iter().enumerate() {
+                reference.each_slowly(&reference.particle(p), |node, weight, _| sums[node - reference.start] += mass * weight);
+            }
+            return Self::Lumped(sums);
+        }
+        let mut fixed: [Vec<bool>; 3] = std::array::from_fn(|_| vec![false; reference.len()]);
+        held.iter().for_each(|h| fixed[h.axis][h.node - reference.start] = true);
+        match filled {
+            Some(body) => Self::Consistent(BoxMass::new(body.density, &body.axes, reference.counts, fixed)),
+            None => Self::Sparse(SparseMass::new(reference, masses, &fixed, model.dimension)),
+        }
+    }
+
+    /// Multiplies one component of a nodal field by the matrix, in place.
+    fn times(&mut self, field: &mut [f64]) {
+        match self {
+            Self::Lumped(masses) => field.iter_mut().zip(masses.iter()).for_each(|(v, mass)| *v *= mass),
+            Self::Consistent(mass) => mass.times(field),
+            Self::Sparse(mass) => mass.times(field),
+        }
+    }
+
+    /// The entry of two nodes \[kg\].
+    fn entry(&self, i: usize, j: usize) -> f64 {
+        match self {
+            Self::Lumped(masses) => if i == j { masses[i] } else { 0.0 },
+            Self::Consistent(mass) => mass.entry(i, j),
+            Self::Sparse(mass) => mass.entry(i, j),
+        }
+    }
+}
+
+/// A grid with all that never changes.
 struct Body {
     reference: Reference,
     mass: Mass,
+}
+
+/// Particles of one body that follow each other in memory.
+struct Part {
+    /// Its grid.
+    body: usize,
+    /// Its material: that of this body of the scene.
+    material: usize,
+    first: usize,
+    last: usize,
+    /// Particle in memory whose functions are the first of the grid.
+    offset: usize,
 }
 
 /// A component of a node whose velocity is given.
@@ -72,6 +128,9 @@ struct Held {
 /// Grids of the bodies and scratch memory: nothing in it is needed for a restart.
 pub(crate) struct Total {
     bodies: Vec<Body>,
+    parts: Vec<Part>,
+    /// Whether the reference is the configuration at the start of a step, not that of time 0.
+    updated: bool,
     held: Vec<Held>,
     /// One a load.
     actions: Vec<Action>,
@@ -103,64 +162,87 @@ impl Total {
             let reference = Reference::new(&body.axes, start, places);
             let own = hold(&reference, model);
             start += reference.len();
-            let mass = if model.balance.is_lumped() {
-                let mut masses = vec![0.0; reference.len()];
-                for p in body.particles.clone() {
-                    let (point, mass) = (reference.particle(p - body.particles.start), state.particles.mass[p]);
-                    reference.each_slowly(&point, |node, weight, _| masses[node - reference.start] += mass * weight);
-                }
-                Mass::Lumped(masses)
-            } else {
-                let mut fixed: [Vec<bool>; 3] = std::array::from_fn(|_| vec![false; reference.len()]);
-                own.iter().for_each(|h| fixed[h.axis][h.node - reference.start] = true);
-                Mass::Consistent(BoxMass::new(body.density, &body.axes, reference.counts, fixed))
-            };
+            let masses = &state.particles.mass[body.particles.clone()];
+            let full: f64 = body.density * body.axes.iter().map(|axis| axis.cell_size() * f64::from(axis.cells())).product::<f64>();
+            let fills = (masses.iter().sum::<f64>() / full - 1.0).abs() < 1e-9;
+            let mass = Mass::new(model, &reference, masses, &own, fills.then_some(body));
             held.extend(own);
             bodies.push(Body { reference, mass });
         }
+        let part = |(i, body): (usize, &crate::model::Body)| Part {
+            body: i,
+            material: i,
+            first: body.particles.start,
+            last: body.particles.end,
+            offset: body.particles.start,
+        };
+        let parts = model.bodies.iter().enumerate().map(part).collect();
+        let lookup = (0..state.particles.len() as u32).collect();
+        Self::assemble(model, state, bodies, parts, held, lookup, false)
+    }
+
+    fn assemble(
+        model: &Model,
+        state: &State,
+        bodies: Vec<Body>,
+        parts: Vec<Part>,
+        held: Vec<Held>,
+        lookup: Vec<u32>,
+        updated: bool,
+    ) -> Self {
         let references: Vec<&Reference> = bodies.iter().map(|body| &body.reference).collect();
-        let actions = model.loads.iter().map(|load| Action::new(load, model, &references, state)).collect();
+        let nodes = references.iter().map(|reference| reference.len()).sum();
+        let host = Host { model, state, bodies: &references, lookup: &lookup, updated };
+        let actions = model.loads.iter().map(|load| Action::new(load, &host)).collect();
         Self {
             actions,
             held,
             bodies,
+            parts,
+            updated,
             sweeps: force::sweeps(model.dimension, model.axes[0].width()),
             scheme: Scheme::of(model.integrator),
             matrix: None,
             iterations: 0,
             internal: Vec::new(),
             external: Vec::new(),
-            acceleration: vec![[0.0; 3]; start],
+            acceleration: vec![[0.0; 3]; nodes],
             column: Vec::new(),
             product: Vec::new(),
             impulse: Vec::new(),
             kicked: 0.0,
-            lookup: (0..state.particles.len() as u32).collect(),
+            lookup,
         }
     }
 
     /// Nodes at time 0: at rest, with the velocity of the scene, projected as the mass matrix has it.
     pub(crate) fn start(&mut self, model: &Model, state: &mut State) {
+        let velocity = self.project(model, state, &state.particles.velocity);
+        state.nodes = Nodes { displacement: vec![[0.0; 3]; velocity.len()], velocity, acceleration: Vec::new() };
+        self.show(model, state);
+    }
+
+    /// A field of the particles, projected on the nodes as the mass matrix has it; held nodes get the velocity of their boundary.
+    fn project(&mut self, model: &Model, state: &State, field: &Table) -> Vectors {
         let n = self.acceleration.len();
-        let mut momentum = vec![[0.0; 3]; n];
-        for (body, described) in self.bodies.iter().zip(&model.bodies) {
-            for p in described.particles.clone() {
-                let velocity: [f64; 3] = state.particles.velocity.row(p);
-                let (point, mass) = (body.reference.particle(p - described.particles.start), state.particles.mass[p]);
-                body.reference.each_slowly(&point, |node, weight, _| {
+        let mut sum = vec![[0.0; 3]; n];
+        for part in &self.parts {
+            let reference = &self.bodies[part.body].reference;
+            for p in part.first..part.last {
+                let (value, mass): ([f64; 3], f64) = (field.row(p), state.particles.mass[p]);
+                reference.each_slowly(&reference.particle(p - part.offset), |node, weight, _| {
                     for a in 0..3 {
-                        momentum[node][a] += mass * weight * velocity[a];
+                        sum[node][a] += mass * weight * value[a];
                     }
                 });
             }
         }
-        let mut velocity = vec![[0.0; 3]; n];
+        let mut projected = vec![[0.0; 3]; n];
         for held in &self.held {
-            velocity[held.node][held.axis] = model.boundaries[held.boundary].velocity(held.axis, 0.0).unwrap_or(0.0);
+            projected[held.node][held.axis] = model.boundaries[held.boundary].velocity(held.axis, state.time).unwrap_or(0.0);
         }
-        self.solve(model, &momentum, &mut velocity);
-        state.nodes = Nodes { displacement: vec![[0.0; 3]; n], velocity, acceleration: Vec::new() };
-        self.show(model, state);
+        self.solve(model, &sum, &mut projected);
+        projected
     }
 
     /// Memory of nodes and tables \[bytes\].
@@ -285,23 +367,28 @@ impl Total {
     /// Carries the particles along with the nodes, and sums the internal forces.
     fn update(&mut self, model: &Model, state: &mut State, time: f64) -> Result<(), StepError> {
         let mut internal = vec![[0.0; 3]; self.acceleration.len()];
-        for (body, described) in self.bodies.iter().zip(&model.bodies) {
-            let task = Task {
-                reference: &body.reference,
-                material: &described.material,
-                embedding: model.embedding,
-                first: described.particles.start,
-                last: described.particles.end,
-                displacement: &state.nodes.displacement,
-                updated: false,
-                conserving: false,
-            };
+        for part in &self.parts {
+            let task = self.task(model, part, &state.nodes.displacement, false);
             if let Err(trouble) = (self.sweeps.advance)(&task, &mut state.particles, &mut internal) {
                 return Err(self.explain(model, state, time, &trouble));
             }
         }
         self.internal = internal;
         Ok(())
+    }
+
+    fn task<'a>(&'a self, model: &'a Model, part: &Part, displacement: &'a [[f64; 3]], conserving: bool) -> Task<'a> {
+        Task {
+            reference: &self.bodies[part.body].reference,
+            material: &model.bodies[part.material].material,
+            embedding: model.embedding,
+            first: part.first,
+            last: part.last,
+            offset: part.offset,
+            displacement,
+            updated: self.updated,
+            conserving,
+        }
     }
 
     /// Adds the loads at a time and displacement \[N\].
@@ -345,10 +432,13 @@ impl Total {
 
     /// Position of a particle \[m\].
     fn moved(&self, model: &Model, state: &State, particle: usize) -> [f64; 3] {
-        let number = usize::from(state.particles.body[particle]);
-        let reference = &self.bodies[number].reference;
+        if self.updated {
+            return state.particles.position.row(particle);
+        }
+        let Some(part) = self.parts.iter().find(|part| (part.first..part.last).contains(&particle)) else { return [f64::NAN; 3] };
+        let reference = &self.bodies[part.body].reference;
         let mut place = model.reference(particle as u32);
-        reference.each_slowly(&reference.particle(particle - model.bodies[number].particles.start), |node, weight, _| {
+        reference.each_slowly(&reference.particle(particle - part.offset), |node, weight, _| {
             for a in 0..3 {
                 place[a] += weight * state.nodes.displacement[node][a];
             }
@@ -372,18 +462,22 @@ impl Total {
                             x[h.node][a] = value;
                         }
                     }
-                    Mass::Consistent(mass) => {
+                    matrix => {
                         self.column.clear();
                         self.column.extend(nodes.clone().map(|node| x[node][a]));
                         let moves = self.column.iter().any(|v| *v != 0.0);
                         self.product.clone_from(&self.column);
                         if moves {
-                            mass.times(&mut self.product);
+                            matrix.times(&mut self.product);
                         }
                         for (p, node) in self.product.iter_mut().zip(nodes.clone()) {
                             *p = right[node][a] - *p;
                         }
-                        mass.solve(a, &mut self.product);
+                        match matrix {
+                            Mass::Consistent(mass) => mass.solve(a, &mut self.product),
+                            Mass::Sparse(mass) => mass.solve(a, &mut self.product),
+                            Mass::Lumped(_) => {}
+                        }
                         for (k, node) in nodes.clone().enumerate() {
                             x[node][a] = self.product[k] + self.column[k];
                         }
@@ -399,15 +493,10 @@ impl Total {
         for body in &mut self.bodies {
             let nodes = body.reference.start..body.reference.start + body.reference.len();
             for a in 0..model.dimension {
-                match &mut body.mass {
-                    Mass::Lumped(masses) => nodes.clone().zip(masses.iter()).for_each(|(node, mass)| y[node][a] = mass * x[node][a]),
-                    Mass::Consistent(mass) => {
-                        self.column.clear();
-                        self.column.extend(nodes.clone().map(|node| x[node][a]));
-                        mass.times(&mut self.column);
-                        nodes.clone().zip(&self.column).for_each(|(node, value)| y[node][a] = *value);
-                    }
-                }
+                self.column.clear();
+                self.column.extend(nodes.clone().map(|node| x[node][a]));
+                body.mass.times(&mut self.column);
+                nodes.clone().zip(&self.column).for_each(|(node, value)| y[node][a] = *value);
             }
         }
         y
@@ -437,11 +526,12 @@ impl Total {
 
     /// Shows the particles as the nodes have moved them.
     pub(crate) fn show(&mut self, model: &Model, state: &mut State) {
-        for (body, described) in self.bodies.iter().zip(&model.bodies) {
-            for p in described.particles.clone() {
+        for part in &self.parts {
+            let reference = &self.bodies[part.body].reference;
+            for p in part.first..part.last {
                 let mut place = model.reference(p as u32);
                 let mut speed = [0.0; 3];
-                body.reference.each_slowly(&body.reference.particle(p - described.particles.start), |node, weight, _| {
+                reference.each_slowly(&reference.particle(p - part.offset), |node, weight, _| {
                     for a in 0..3 {
                         place[a] += weight * state.nodes.displacement[node][a];
                         speed[a] += weight * state.nodes.velocity[node][a];

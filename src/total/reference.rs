@@ -152,9 +152,14 @@ impl Reference {
         }
     }
 
+    /// Number along each axis of node number `i` of the grid.
+    pub(super) fn index(&self, i: usize) -> [i32; 3] {
+        [i / (self.counts[1] * self.counts[2]), i / self.counts[2] % self.counts[1], i % self.counts[2]].map(|i| i as i32)
+    }
+
     /// Position at time 0 of node number `i` of the body (its Greville point) \[m\].
     pub(super) fn place(&self, i: usize) -> [f64; 3] {
-        let index = [i / (self.counts[1] * self.counts[2]), i / self.counts[2] % self.counts[1], i % self.counts[2]];
-        std::array::from_fn(|a| self.axes.get(a).map_or(0.0, |axis| axis.node_position(index[a] as i32)))
+        let index = self.index(i);
+        std::array::from_fn(|a| self.axes.get(a).map_or(0.0, |axis| axis.node_position(index[a])))
     }
 }

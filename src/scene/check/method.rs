@@ -1,7 +1,7 @@
 //! Methods that make no sense, and those that are seldom wise.
 
 use super::super::fault::plain;
-use super::super::{Basis, Fault, Integrator, Law, Mass, Method, Positions, Quadrature, Scene, Shape, Transfer};
+use super::super::{Basis, Fault, Integrator, Law, Mass, Method, Positions, Quadrature, Scene, Transfer};
 use super::Check;
 
 /// Most terms of FMPM.
@@ -42,12 +42,15 @@ impl Check<'_> {
     fn integrator(&mut self) {
         let method = &self.scene.method;
         let (integrator, total) = (method.integrator(), method.is_total());
-        let fits = if total { !integrator.is_updated() } else { integrator.is_updated() };
+        let fits = integrator.is_implicit() || integrator.is_updated() != total;
         self.require(fits, "method.integrator", || {
             let name = word(&integrator);
-            let explicit = if total { "verlet, symplectic4, quasi_static, newmark, generalized_alpha, energy_momentum" } else { "usf, usl, musl" };
+            let explicit = if total { "verlet, symplectic4" } else { "usf, usl, musl" };
             let formulation = word(&method.formulation);
-            format!("is \"{name}\", which formulation = \"{formulation}\" does not have; allowed: {explicit}")
+            format!(
+                "is \"{name}\", which formulation = \"{formulation}\" does not have; allowed: {explicit}, quasi_static, newmark, \
+                 generalized_alpha, energy_momentum"
+            )
         });
         let only = |this: Integrator| integrator == this;
         for (path, value, has, least, most, of) in [
@@ -81,10 +84,13 @@ impl Check<'_> {
         }
     }
 
-    /// What the total formulation does not have.
+    /// What the total formulation and implicit steps do not have.
     fn formulation(&mut self) {
         let method = &self.scene.method;
         if !method.is_total() {
+            if method.integrator().is_implicit() {
+                self.implicit();
+            }
             return;
         }
         let plain = Method::default();
@@ -110,11 +116,25 @@ impl Check<'_> {
         self.require(self.scene.contact.is_none(), "contact", || {
             "is for formulation = \"updated\": each body has a grid of its own in \"total\", and bodies do not see each other".into()
         });
-        for (name, body) in &self.scene.body {
-            self.require(matches!(body.shape, Shape::Box { .. }), &format!("body.{name}.shape"), || {
-                "must be a box in formulation = \"total\", whose grid is fitted to the body; or take formulation = \"updated\"".into()
-            });
-        }
+    }
+
+    /// What implicit steps of the updated formulation do not have.
+    fn implicit(&mut self) {
+        let method = &self.scene.method;
+        let integrator = word(&method.integrator());
+        let why = |what: &str| format!("{what} integrator = \"{integrator}\" does not have");
+        self.require(matches!(method.basis, Basis::Linear | Basis::Bspline), "method.basis", || {
+            format!("{}; take linear, bspline", why(&format!("is \"{}\", which", word(&method.basis))))
+        });
+        self.require(method.quadrature == Quadrature::Particles, "method.quadrature", || {
+            format!("{}; take particles", why(&format!("is \"{}\", which", word(&method.quadrature))))
+        });
+        self.require(method.transfer != Transfer::Apic, "method.transfer", || format!("{}; take flip, pic", why("is \"apic\", which")));
+        let plain = |mass: Mass| mass != Mass::Fmpm;
+        self.require(plain(method.mass()) && method.balance_mass.is_none(), "method.mass", || {
+            format!("{}; take lumped, consistent, and no balance_mass", why("is one which"))
+        });
+        self.require(self.scene.contact.is_none(), "contact", || why("is what"));
     }
 
     fn mass(&mut self) {
