@@ -26,6 +26,7 @@ pub(crate) struct Residual {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Rules {
     /// Norm of the residual over that of the forces in balance.
+    /// Round-off of a stiff body may leave more: then a correction this small, over the displacement, will do.
     pub(crate) residual: f64,
     pub(crate) iterations: usize,
 }
@@ -38,6 +39,8 @@ pub(crate) enum Failure<T> {
     NoConvergence(Vec<f64>),
 }
 
+/// Residual up to which a small correction counts.
+const NEARLY: f64 = 1e-4;
 /// Lengths that the line search tries.
 const SEARCHES: usize = 6;
 /// Halvings before a correction that inverts particles is given up.
@@ -54,6 +57,7 @@ pub(crate) fn newton<B: Balance>(
     let gather = |forces: &[[f64; 3]]| components.iter().map(|&(node, axis)| forces[node][axis]).collect::<Vec<f64>>();
     let norm = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
     let mut residual = balance.residual(u).map_err(Failure::Trouble)?;
+    let start = u.clone();
     let mut history = Vec::new();
     loop {
         let mut correction = gather(&residual.forces);
@@ -72,6 +76,12 @@ pub(crate) fn newton<B: Balance>(
         match matrix.factor(symmetric) {
             Some(factor) => factor.solve(&mut correction),
             None => return Err(Failure::NoConvergence(history)),
+        }
+        let largest = |v: f64, x: f64| v.max(x.abs());
+        let step = correction.iter().copied().fold(0.0, largest);
+        let travelled = u.iter().flatten().zip(start.iter().flatten()).map(|(u, s)| u - s).fold(0.0, largest);
+        if relative <= NEARLY && step <= rules.residual * travelled {
+            return Ok(history);
         }
         let moved = |share: f64| {
             let mut moved = u.clone();

@@ -1,6 +1,6 @@
 //! Finds the particles that loads and probes hang on, and the points of loaded surfaces.
 
-use super::{Anchor, Body, Load, Probe, Signal, SurfacePoint, Target, fault};
+use super::{Anchor, Body, Load, Probe, Quadrilateral, Signal, SurfacePoint, Target, fault};
 use crate::basis::Axis;
 use crate::quadrature::gauss_legendre;
 use crate::scene::{self, FacePoint, Fault, Shape};
@@ -58,6 +58,10 @@ impl Finder<'_> {
         let axes = &self.body(body).axes;
         let spacing: Vec<f64> = self.body(body).half[..axes.len()].iter().map(|half| 2.0 * half).collect();
         let points = match &described.shape {
+            shape if self.body(body).map.is_some() => self.body(body).map.as_ref().map_or_else(Vec::new, |map| {
+                let points = map.side(shape, face).map_or_else(Vec::new, |name| side(name, axes));
+                points.iter().map(|point| bend(map, point)).collect()
+            }),
             Shape::Box { .. } if self.scene.method.is_total() => side(face, axes),
             shape => shape.faces().into_iter().find(|f| f.name == face).map(|f| f.points(&spacing)).unwrap_or_default(),
         };
@@ -87,12 +91,13 @@ impl Finder<'_> {
 struct Neighbours<'a> {
     reference: &'a Table,
     axes: &'a [Axis],
+    map: Option<&'a Quadrilateral>,
     cells: std::collections::HashMap<[i32; 3], Vec<u32>>,
 }
 
 impl<'a> Neighbours<'a> {
     fn new(reference: &'a Table, body: &'a Body) -> Self {
-        let mut near = Self { reference, axes: &body.axes, cells: std::collections::HashMap::new() };
+        let mut near = Self { reference, axes: &body.axes, map: body.map.as_ref(), cells: std::collections::HashMap::new() };
         for p in body.particles.clone() {
             let cell = near.cell(&reference.row::<3>(p));
             near.cells.entry(cell).or_default().push(p as u32);
@@ -102,6 +107,8 @@ impl<'a> Neighbours<'a> {
 
     fn cell(&self, place: &[f64]) -> [i32; 3] {
         let mut cell = [0; 3];
+        let bent = self.map.map(|map| map.inverse([place[0], place[1], 0.0]));
+        let place = bent.as_ref().map_or(place, |at| at.as_slice());
         for (a, axis) in self.axes.iter().enumerate() {
             cell[a] = axis.cell(place[a]).0;
         }
@@ -134,6 +141,14 @@ impl<'a> Neighbours<'a> {
         let hosts = candidates.into_iter().filter(|&p| distance(p) <= nearest + tie);
         hosts.map(|particle| Anchor { particle, offset: offset(particle) }).collect()
     }
+}
+
+/// A point of the surface of a bent grid, in space.
+fn bend(map: &Quadrilateral, point: &FacePoint) -> FacePoint {
+    let at = [point.position[0], point.position[1], 0.0];
+    // Nanson: n dA = J F^-T N dA0
+    let area = crate::step::load::cofactor(&map.jacobian(at)) * nalgebra::Vector3::new(point.area[0], point.area[1], 0.0);
+    FacePoint { position: map.place(at)[..2].to_vec(), area: vec![area[0], area[1]] }
 }
 
 /// Gauss points on a side of the box that a grid fills, as many in a cell as integrate the functions exactly.

@@ -3,6 +3,7 @@
 mod finder;
 mod lattice;
 mod load;
+mod map;
 mod sample;
 
 pub(crate) use load::{Load, SPACE_TIME, Signal, SurfacePoint, Target};
@@ -14,8 +15,9 @@ use crate::scene::{self, Basis, Fault, Formula, Mass, MassSolver, Quadrature, Sc
 use crate::state::{Particles, State, Table};
 use finder::Finder;
 pub(crate) use lattice::Lattice;
+pub(crate) use map::Quadrilateral;
 use lattice::lattice;
-use sample::sample;
+use sample::{Sample, sample};
 
 /// A scene made ready to run.
 #[derive(Debug, Clone)]
@@ -32,6 +34,8 @@ pub(crate) struct Model {
     pub(crate) reference: Table,
     /// Whether bodies have grids of their own, at time 0.
     pub(crate) total: bool,
+    /// Whether particles have the volume ratio of their cell.
+    pub(crate) mean_dilatation: bool,
     pub(crate) integrator: scene::Integrator,
     /// Scheme of implicit steps.
     pub(crate) implicit: Option<Scheme>,
@@ -69,6 +73,8 @@ pub(crate) struct Body {
     pub(crate) particles: std::ops::Range<usize>,
     /// The grid that its particles were made in: that of the scene, or in the total formulation its own.
     pub(crate) axes: Vec<Axis>,
+    /// Where its own grid is bent.
+    pub(crate) map: Option<Quadrilateral>,
     /// Half the length of the domain of a particle at time 0 \[m\].
     pub(crate) half: [f64; 3],
     /// The particles line by line; only where quadrature asks for it.
@@ -289,9 +295,27 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
     for (index, (name, body)) in scene.body.iter().enumerate() {
         let material = &scene.material[&body.material];
         let start = samples.len();
-        let own = if method.is_total() { fitted(&body.shape, &axes) } else { axes.clone() };
+        let map = if method.is_total() { Quadrilateral::new(&body.shape) } else { None };
+        let own = match &map {
+            Some(map) => fitted(&[0.0; 2], &map.lengths, &axes),
+            None if method.is_total() => {
+                let (lower, upper) = body.shape.bounds(dimension);
+                fitted(&lower, &upper, &axes)
+            }
+            None => axes.clone(),
+        };
         let per_cell = scene.particles_per_cell(body);
-        samples.extend(sample(body, &per_cell, scene.positions(body), &own));
+        match &map {
+            Some(map) => {
+                let whole = scene::Body { shape: Shape::Box { min: vec![0.0; 2], max: map.lengths.to_vec() }, ..body.clone() };
+                let in_grid = sample(&whole, &per_cell, scene.positions(body), &own);
+                samples.extend(in_grid.iter().map(|s| Sample {
+                    position: map.place(s.position),
+                    volume: s.volume * map.jacobian(s.position).determinant(),
+                }));
+            }
+            None => samples.extend(sample(body, &per_cell, scene.positions(body), &own)),
+        }
         if samples.len() == start {
             return Err(Fault::new(
                 format!("body.{name}.shape"),
@@ -317,6 +341,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
             particles: start..samples.len(),
             half: std::array::from_fn(half),
             axes: own,
+            map,
             lattice: ordered,
         });
     }
@@ -324,7 +349,8 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
     let embedding = Embedding::new(dimension, scene.plane);
     let implicit = Scheme::new(method);
     let history = bodies.iter().map(|b| b.material.history()).max().unwrap_or(0);
-    let lateral = embedding.stress_free;
+    // with the volume ratio of the cell a particle is stretched across the plane, too
+    let lateral = embedding.stress_free || method.mean_dilatation && dimension < 3;
 
     let mut reference = Table::new(dimension, n);
     for (p, sample) in samples.iter().enumerate() {
@@ -399,6 +425,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         implicit,
         newton: Rules { residual: method.newton_residual.unwrap_or(1e-10), iterations: method.newton_iterations.unwrap_or(20) },
         total: method.is_total(),
+        mean_dilatation: method.mean_dilatation,
         transfer: method.transfer,
         flip_share,
         light,
@@ -421,9 +448,8 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
     Ok((model, state))
 }
 
-/// The grid around a shape: cells about as large as those of the scene, as many as fit exactly.
-fn fitted(shape: &Shape, axes: &[Axis]) -> Vec<Axis> {
-    let (lower, upper) = shape.bounds(axes.len());
+/// The grid of a body: cells about as large as those of the scene, as many as fit exactly.
+fn fitted(lower: &[f64], upper: &[f64], axes: &[Axis]) -> Vec<Axis> {
     let fit = |(a, axis): (usize, &Axis)| {
         let length = upper[a] - lower[a];
         let cells = (length / axis.cell_size()).round().max(1.0);

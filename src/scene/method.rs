@@ -57,6 +57,10 @@ pub struct Method {
     /// Most iterations of Newton's method before a step is halved; 20 if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub newton_iterations: Option<usize>,
+    /// Whether the particles of a cell share its mean change of volume: keeps nearly incompressible bodies from locking. For the total
+    /// formulation.
+    #[serde(skip_serializing_if = "is_false")]
+    pub mean_dilatation: bool,
     /// How velocity travels between particles and grid.
     pub transfer: Transfer,
     /// Share of FLIP in a FLIP transfer, 0 to 1; the rest is PIC.
@@ -68,6 +72,10 @@ pub struct Method {
     /// momentum is conserved (0.1 if left out).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_tolerance: Option<f64>,
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
 }
 
 impl Default for Method {
@@ -90,6 +98,7 @@ impl Default for Method {
             spectral_radius: None,
             newton_residual: None,
             newton_iterations: None,
+            mean_dilatation: false,
             transfer: Transfer::Flip,
             flip_share: None,
             mass_tolerance: None,

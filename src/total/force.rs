@@ -1,5 +1,6 @@
 //! Sums over the particles of a body: deformation, stress, internal forces, and for implicit steps the stiffness.
 
+use super::dilatation;
 use super::reference::{Point, Reference};
 use crate::implicit::Matrix;
 use crate::material::point::{self, Answer, Plane, Start, Tangent, Trouble as Why};
@@ -41,11 +42,12 @@ pub(crate) struct Sweeps {
     pub(crate) stiffness: fn(&Task<'_>, &Particles, f64, &mut Matrix) -> Result<(), Trouble>,
 }
 
-pub(crate) fn sweeps(dimension: usize, width: usize) -> Sweeps {
-    fn of<const D: usize, const W: usize>() -> Sweeps {
-        Sweeps { advance: advance::<D, W>, force: force::<D, W>, stiffness: stiffness::<D, W> }
+/// `mean`: with the mean volume ratio of cells.
+pub(crate) fn sweeps(dimension: usize, width: usize, mean: bool) -> Sweeps {
+    fn of<const D: usize, const W: usize>() -> [Sweeps; 2] {
+        [Sweeps { advance: advance::<D, W>, force: force::<D, W>, stiffness: stiffness::<D, W> }, dilatation::sweeps::<D, W>()]
     }
-    match (dimension, width) {
+    let both = match (dimension, width) {
         (1, 2) => of::<1, 2>(),
         (1, 3) => of::<1, 3>(),
         (1, 4) => of::<1, 4>(),
@@ -61,13 +63,14 @@ pub(crate) fn sweeps(dimension: usize, width: usize) -> Sweeps {
         (_, 4) => of::<3, 4>(),
         (_, 5) => of::<3, 5>(),
         (_, _) => of::<3, 6>(),
-    }
+    };
+    both[usize::from(mean)]
 }
 
 impl Task<'_> {
     /// What particle `p` comes from, and its deformation gradient.
     #[inline(always)]
-    fn deform<const D: usize, const W: usize>(&self, particles: &Particles, p: usize, at: &Point) -> (Start<D>, Plane<D>) {
+    pub(super) fn deform<const D: usize, const W: usize>(&self, particles: &Particles, p: usize, at: &Point) -> (Start<D>, Plane<D>) {
         let mut gradient = [[0.0; D]; D];
         self.reference.each::<D, W>(at, |node, _, slope| {
             for i in 0..D {
@@ -97,7 +100,7 @@ impl Task<'_> {
     }
 
     #[inline(always)]
-    fn push<const D: usize, const W: usize>(&self, at: &Point, volume: f64, stress: &Plane<D>, force: &mut [[f64; 3]]) {
+    pub(super) fn push<const D: usize, const W: usize>(&self, at: &Point, volume: f64, stress: &Plane<D>, force: &mut [[f64; 3]]) {
         self.reference.each::<D, W>(at, |node, _, slope| {
             for i in 0..D {
                 for k in 0..D {

@@ -4,6 +4,7 @@
 //! a composition of kicks, v += b dt a(u), and drifts, u += c dt v: velocity Verlet, or a scheme of fourth order. Both are symplectic, and
 //! nothing is projected, so that energy has no drift.
 
+mod dilatation;
 mod force;
 mod implicit;
 mod limit;
@@ -159,12 +160,12 @@ impl Total {
         let (mut start, mut held) = (0, Vec::new());
         for body in &model.bodies {
             let places = body.particles.clone().map(|p| model.reference(p as u32));
-            let reference = Reference::new(&body.axes, start, places);
+            let reference = Reference::new(&body.axes, body.map.as_ref(), start, places);
             let own = hold(&reference, model);
             start += reference.len();
             let masses = &state.particles.mass[body.particles.clone()];
             let full: f64 = body.density * body.axes.iter().map(|axis| axis.cell_size() * f64::from(axis.cells())).product::<f64>();
-            let fills = (masses.iter().sum::<f64>() / full - 1.0).abs() < 1e-9;
+            let fills = body.map.is_none() && (masses.iter().sum::<f64>() / full - 1.0).abs() < 1e-9;
             let mass = Mass::new(model, &reference, masses, &own, fills.then_some(body));
             held.extend(own);
             bodies.push(Body { reference, mass });
@@ -200,7 +201,7 @@ impl Total {
             bodies,
             parts,
             updated,
-            sweeps: force::sweeps(model.dimension, model.axes[0].width()),
+            sweeps: force::sweeps(model.dimension, model.axes[0].width(), model.mean_dilatation),
             scheme: Scheme::of(model.integrator),
             matrix: None,
             iterations: 0,

@@ -101,7 +101,7 @@ impl Total {
     fn of_now(model: &Model, state: &State, lookup: Vec<u32>) -> Self {
         let particles = &state.particles;
         let places = (0..particles.len()).map(|p| particles.position.row(p));
-        let reference = Reference::new(&model.axes, 0, places);
+        let reference = Reference::new(&model.axes, None, 0, places);
         let mut held = Vec::new();
         for i in 0..reference.len() {
             let index = reference.index(i);

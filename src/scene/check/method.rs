@@ -1,7 +1,7 @@
 //! Methods that make no sense, and those that are seldom wise.
 
 use super::super::fault::plain;
-use super::super::{Basis, Fault, Integrator, Law, Mass, Method, Positions, Quadrature, Scene, Transfer};
+use super::super::{Basis, Fault, Integrator, Law, Mass, Method, Plane, Positions, Quadrature, Scene, Transfer};
 use super::Check;
 
 /// Most terms of FMPM.
@@ -87,6 +87,9 @@ impl Check<'_> {
     /// What the total formulation and implicit steps do not have.
     fn formulation(&mut self) {
         let method = &self.scene.method;
+        if method.mean_dilatation {
+            self.mean_dilatation();
+        }
         if !method.is_total() {
             if method.integrator().is_implicit() {
                 self.implicit();
@@ -104,6 +107,12 @@ impl Check<'_> {
         self.require(method.transfer == plain.transfer && method.flip_share.is_none(), "method.transfer", || {
             "is for formulation = \"updated\"; in \"total\" velocity stays on the nodes; leave it out".into()
         });
+        for (name, body) in &self.scene.body {
+            let folded = crate::model::Quadrilateral::new(&body.shape).is_some_and(|map| !map.is_convex());
+            self.require(!folded, &format!("body.{name}.shape"), || {
+                "is a polygon of four corners that is not convex; formulation = \"total\" bends its grid to it, so it must be".into()
+            });
+        }
         for (path, given) in [
             ("method.balance_mass", method.balance_mass.is_some()),
             ("method.mass_solver", method.mass_solver.is_some()),
@@ -116,6 +125,23 @@ impl Check<'_> {
         self.require(self.scene.contact.is_none(), "contact", || {
             "is for formulation = \"updated\": each body has a grid of its own in \"total\", and bodies do not see each other".into()
         });
+    }
+
+    fn mean_dilatation(&mut self) {
+        let scene = self.scene;
+        let path = "method.mean_dilatation";
+        let why = if !scene.method.is_total() {
+            "is for formulation = \"total\" only"
+        } else if self.dimension == 1 || scene.plane == Plane::Stress {
+            "is for bodies that cannot change their volume freely: dimension 3, or 2 in plane strain"
+        } else if scene.material.values().any(|m| matches!(m.law, Law::LinearElastic | Law::HypoElastic)) {
+            "is for the laws neo_hookean and hencky"
+        } else if scene.method.integrator() == Integrator::EnergyMomentum {
+            "does not go with integrator = \"energy_momentum\""
+        } else {
+            return;
+        };
+        self.fault(path, format!("{why}; leave it out"));
     }
 
     /// What implicit steps of the updated formulation do not have.
