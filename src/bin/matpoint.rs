@@ -8,6 +8,7 @@ mod cli;
 
 use clap::{Args, Parser, Subcommand};
 use cli::Failure;
+use matpoint::record::{Precision, WhenFull};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -66,6 +67,8 @@ Exit codes: 0 every finding came out as known, 1 one did not, 2 a fault in the a
 const RUN_EXAMPLES: &str = "Examples:
   matpoint run beam.toml                                    only the summary
   matpoint run beam.toml --record beam.rrd                  then watch with: rerun beam.rrd
+  matpoint run beam.toml --record beam.mcap --snapshots 0.5 for ROS 2 and Foxglove, and to go on from
+  matpoint run --from beam.mcap@0.5 --record rest.mcap      goes on as if it had not been cut
   matpoint run beam.toml --csv out --picture out/beam.svg   tables and a picture
   matpoint run beam.toml --set material.rubber.young=2e6 --set grid.cell=0.1
   matpoint run beam.toml --until 0.5 --threads 4
@@ -83,17 +86,44 @@ struct SceneArgs {
 
 #[derive(Args)]
 struct RunArgs {
-    #[command(flatten)]
-    scene: SceneArgs,
-    /// Record particles and curves for the Rerun viewer; the file ends in .rrd.
-    #[arg(long, value_name = "FILE.rrd")]
-    record: Option<PathBuf>,
+    /// Scene file: TOML, or JSON with the ending .json.
+    #[arg(required_unless_present = "from")]
+    scene: Option<PathBuf>,
+    /// Override a value of the scene, such as grid.cell=0.1; may be given several times.
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    overrides: Vec<(String, String)>,
+    /// Go on from a snapshot of a recording, such as beam.mcap@0.5, instead of starting a scene.
+    #[arg(long, value_name = "RUN@TIME", value_parser = snapshot, conflicts_with_all = ["scene", "overrides"])]
+    from: Option<(PathBuf, f64)>,
+    /// Record the run: .mcap for ROS 2 and Foxglove, .rrd for Rerun, .pvd for ParaView; may be given several times. A URL such as
+    /// rerun+http://127.0.0.1:9876/proxy shows the run in a Rerun viewer while it is computed.
+    #[arg(long, value_name = "FILE")]
+    record: Vec<PathBuf>,
     /// Write history.csv (energies, probes, reactions) and particles.csv (the last frame) to a folder.
     #[arg(long, value_name = "DIR")]
     csv: Option<PathBuf>,
     /// Draw the last frame; the file ends in .svg.
     #[arg(long, value_name = "FILE.svg")]
     picture: Option<PathBuf>,
+    /// Write over recordings, tables and pictures that exist.
+    #[arg(long)]
+    force: bool,
+    /// What to record of each particle beside its position, such as velocity,stress,von_mises.
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    variables: Option<Vec<String>>,
+    /// How numbers of particles are recorded: f32 or f64.
+    #[arg(long, value_name = "f32|f64", default_value = "f32")]
+    precision: Precision,
+    /// Record a snapshot, from which --from can go on, about every so many simulated seconds, and at the end.
+    #[arg(long, value_name = "T", value_parser = seconds)]
+    snapshots: Option<f64>,
+    /// What happens when recording cannot keep up: the run waits, or frames are dropped and counted [default: wait for files, drop for a
+    /// viewer].
+    #[arg(long, value_name = "wait|drop")]
+    when_full: Option<WhenFull>,
+    /// Go on without a recording that fails, for example because the disk is full; the error is told at the end.
+    #[arg(long)]
+    keep_going: bool,
     /// Stop at this time [s] instead of time.end.
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     until: Option<f64>,
@@ -119,6 +149,11 @@ struct PapersArgs {
     /// Show no progress bar.
     #[arg(long, short)]
     quiet: bool,
+}
+
+fn snapshot(text: &str) -> Result<(PathBuf, f64), String> {
+    let split = text.rsplit_once('@').and_then(|(path, time)| Some((PathBuf::from(path), time.parse::<f64>().ok()?)));
+    split.filter(|(_, time)| time.is_finite()).ok_or_else(|| "expected RUN@TIME, such as beam.mcap@0.5".to_owned())
 }
 
 fn problem(text: &str) -> Result<String, String> {

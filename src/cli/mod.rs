@@ -24,10 +24,6 @@ pub(crate) enum Failure {
     /// A file name with an ending that nothing is written for.
     #[error("`{}` does not end in `.{ending}`: --{option} writes .{ending} files", path.display())]
     Ending { option: &'static str, path: PathBuf, ending: &'static str },
-    /// Recordings need a cargo feature that this program was built without.
-    #[cfg(not(feature = "rerun"))]
-    #[error("--record: this matpoint was built without Rerun; build it with `cargo build --release --features rerun`, or use --csv")]
-    NoRerun,
     /// A file cannot be opened; nothing was computed.
     #[error("{0}")]
     Open(RecordError),

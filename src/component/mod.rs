@@ -38,6 +38,8 @@ pub struct Simulation {
     outputs: Outputs,
     /// State before the step under way.
     backup: State,
+    /// Iterations of the solver of the mass matrix since the simulation was made.
+    iterations: u64,
 }
 
 // adapters move a simulation between threads
@@ -92,7 +94,7 @@ impl Simulation {
         let mut stepper = Stepper::new(&model);
         let initial = stepper.measure(&model, &mut state).map_err(|e| fault("body", e.to_string()))?;
         let outputs = Outputs::new(&model, &state, exact.as_ref());
-        Ok(Self { scene, model, state, stepper, stable_step, exact, initial, outputs, backup: State::default() })
+        Ok(Self { scene, model, state, stepper, stable_step, exact, initial, outputs, backup: State::default(), iterations: 0 })
     }
 
     /// Does it wrong on purpose, to show what comes of it.
@@ -116,6 +118,11 @@ impl Simulation {
     /// Substeps taken since time 0.
     pub fn steps(&self) -> u64 {
         self.state.steps
+    }
+
+    /// Iterations of the solver of the mass matrix since the simulation was made; 0 with lumped mass.
+    pub fn iterations(&self) -> u64 {
+        self.iterations
     }
 
     /// Largest stable substep \[s\]: the stable step of the scene at time 0, less what waves and particles have gained in speed since
@@ -184,6 +191,7 @@ impl Simulation {
         self.state.time = end;
         self.state.reactions.clear();
         self.state.reactions.extend(self.stepper.mean_reactions());
+        self.iterations += self.stepper.iterations;
         let (substeps, iterations) = (self.state.steps - first, self.stepper.iterations);
         Ok(Report { time: end, substeps, smallest_step: smallest, iterations })
     }

@@ -2,6 +2,7 @@
 
 use super::columns::{self, SYMMETRIC, Series};
 use super::particles::von_mises;
+use super::options::free;
 use super::{RecordError, Sink};
 use crate::Simulation;
 use crate::draft::Draft;
@@ -18,18 +19,25 @@ pub struct CsvSink {
     particles: Option<Draft>,
     line: String,
     files: Vec<PathBuf>,
+    force: bool,
 }
 
 impl CsvSink {
     /// A sink for `folder`, which is made when the run starts.
     pub fn new(folder: impl AsRef<Path>) -> Self {
         let folder = folder.as_ref().to_path_buf();
-        Self { folder, series: Vec::new(), history: None, particles: None, line: String::new(), files: Vec::new() }
+        Self { folder, series: Vec::new(), history: None, particles: None, line: String::new(), files: Vec::new(), force: false }
+    }
+
+    /// Whether tables that are there are written over.
+    pub fn force(self, force: bool) -> Self {
+        Self { force, ..self }
     }
 }
 
 impl Sink for CsvSink {
     fn begin(&mut self, sim: &mut Simulation) -> Result<(), RecordError> {
+        ["history.csv", "particles.csv"].iter().try_for_each(|name| free(&self.folder.join(name), self.force))?;
         std::fs::create_dir_all(&self.folder).map_err(RecordError::write(&self.folder))?;
         let mut history = Draft::create(&self.folder.join("history.csv"))?;
         self.particles = Some(Draft::create(&self.folder.join("particles.csv"))?);

@@ -1,6 +1,6 @@
 //! Sinks together with the times at which they are due.
 
-use super::{RecordError, Sink};
+use super::{Level, RecordError, Sink};
 use crate::Simulation;
 use std::path::PathBuf;
 
@@ -53,6 +53,19 @@ impl<'s> Recorder<'s> {
         self.record(sim, frame, row)
     }
 
+    /// Tells those who will look at the recordings what happened.
+    ///
+    /// # Errors
+    /// A sink that cannot be written.
+    pub fn event(&mut self, sim: &Simulation, level: Level, text: &str) -> Result<(), RecordError> {
+        self.sinks.iter_mut().try_for_each(|sink| sink.event(sim, level, text))
+    }
+
+    /// Frames and rows that were not recorded because the recordings could not keep up.
+    pub fn dropped(&self) -> u64 {
+        self.sinks.iter().map(|sink| sink.dropped()).sum()
+    }
+
     /// Records the last state, unless it is recorded, and closes the sinks. Gives the files that are complete.
     ///
     /// # Errors
@@ -84,7 +97,7 @@ impl<'s> Recorder<'s> {
 }
 
 /// Whole multiples of a period.
-struct Ticks {
+pub(super) struct Ticks {
     period: f64,
     /// The next one.
     index: u64,
@@ -92,7 +105,7 @@ struct Ticks {
 
 impl Ticks {
     /// The first multiple after `start` is next.
-    fn after(start: f64, period: f64) -> Self {
+    pub(super) fn after(start: f64, period: f64) -> Self {
         Self { period, index: Self::first_after(start, period) }
     }
 
@@ -106,7 +119,7 @@ impl Ticks {
     }
 
     /// Whether `time` has passed a multiple since the last call, in either direction: a restored simulation goes back.
-    fn passed(&mut self, time: f64) -> bool {
+    pub(super) fn passed(&mut self, time: f64) -> bool {
         let next = Self::first_after(time, self.period);
         std::mem::replace(&mut self.index, next) != next
     }

@@ -1,6 +1,6 @@
 //! The driver: from record time to record time until the end.
 
-use super::{RecordError, Recorder, Sink};
+use super::{Level, RecordError, Recorder, Sink};
 use crate::Simulation;
 use crate::component::{Report, StepError};
 
@@ -70,6 +70,10 @@ pub fn run(sim: &mut Simulation, until: f64, sinks: &mut [&mut dyn Sink], progre
     let mut recorder = Recorder::begin(sim, sinks, None, None).map_err(RunError::Begin)?;
     let mut summary = Summary::new(sim.time());
     let outcome = step_and_record(sim, until, &mut recorder, progress, &mut summary);
+    if let Err(RunError::Step(error)) = &outcome {
+        // The step is what failed; a sink that fails as well says so below.
+        let _ = recorder.event(sim, Level::Error, &error.to_string());
+    }
     // After a failure too: what was recorded so far stays valid. The first error is the one worth telling.
     let finished = recorder.finish(sim);
     outcome?;

@@ -6,6 +6,7 @@ mod plane;
 mod solid;
 
 use super::particles::{all_von_mises, spacing};
+use super::options::free;
 use super::{RecordError, Sink};
 use crate::Simulation;
 use crate::component::ComponentError;
@@ -21,17 +22,24 @@ pub struct PictureSink {
     path: PathBuf,
     draft: Option<Draft>,
     file: Option<PathBuf>,
+    force: bool,
 }
 
 impl PictureSink {
     /// A sink for the SVG file `path`.
     pub fn new(path: impl AsRef<Path>) -> Self {
-        Self { path: path.as_ref().to_path_buf(), draft: None, file: None }
+        Self { path: path.as_ref().to_path_buf(), draft: None, file: None, force: false }
+    }
+
+    /// Whether a picture that is there is written over.
+    pub fn force(self, force: bool) -> Self {
+        Self { force, ..self }
     }
 }
 
 impl Sink for PictureSink {
     fn begin(&mut self, _: &mut Simulation) -> Result<(), RecordError> {
+        free(&self.path, self.force)?;
         self.draft = Some(Draft::create(&self.path)?);
         Ok(())
     }
