@@ -9,6 +9,7 @@ mod csv;
 mod data;
 mod energy;
 mod error;
+mod lattice;
 #[cfg(feature = "mcap")]
 mod mcap;
 mod options;

@@ -1,261 +1,139 @@
-//! Recordings for the [Rerun](https://rerun.io) viewer: particles, energies and probes over simulated time.
+//! Runs for the [Rerun](https://rerun.io) viewer: as an `.rrd` file, or live.
 
-use super::columns::{self, Series};
-use super::particles::{all_von_mises, spacing};
-use super::{RecordError, Sink};
-use crate::Simulation;
-use crate::color::viridis;
-use ::rerun::blueprint::components::PanelState;
-use ::rerun::blueprint::{Blueprint, BlueprintPanel, Horizontal, SelectionPanel, Spatial3DView, Tabs, TextDocumentView, TimePanel};
-use ::rerun::blueprint::{ContainerLike, TimeSeriesView, Vertical};
-use ::rerun::components::{Scalar, Vector3D};
-use ::rerun::{AnyValues, AsComponents, Boxes3D, Points3D, RecordingStream, RecordingStreamBuilder, Scalars, SeriesLines};
+mod layout;
+mod logger;
+mod read;
+
+pub(super) use read::{RrdReader, repair};
+
+use super::background::Writer;
+use super::data::{About, Item};
+use super::{RecordError, options};
+use ::re_log_encoding::{Encoder, EncodingOptions};
+use ::rerun::log::LogMsg;
+use ::rerun::sink::MemorySinkStorage;
+use logger::Logger;
+use std::fs::File;
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-const PARTICLES: &str = "world/particles";
+/// Bytes of frames after which what was logged goes to the file.
+const DRAIN: usize = 16 << 20;
 
-/// Streams a run to an `.rrd` file, which `rerun FILE` opens; what was written before a crash can be read.
+/// Writes an `.rrd` file: chunks compressed with LZ4, footer, blueprint. What was flushed before a kill can be read.
 ///
-/// Particles are `world/particles`: positions (f32, missing axes zero), colours by von Mises stress from zero to the largest seen so
-/// far (logged as `color_scale/von_mises_Pa`), and the columns `velocity`, `von_mises` and `pressure`; `body` does not
-/// change. Every series of the history stands under the name of its variable. Timelines: `sim_time` and `step`.
-pub struct RerunSink {
+/// The encoder is driven here and not by the SDK, so that an error of the disk is an error of the recording.
+pub(crate) struct RrdWriter {
     path: PathBuf,
-    stream: Option<RecordingStream>,
-    series: Vec<Series>,
-    dimension: usize,
-    largest: f64,
-    closed: bool,
+    force: bool,
+    open: Option<Open>,
 }
 
-impl RerunSink {
-    /// A sink for the file `path`.
-    pub fn new(path: impl AsRef<Path>) -> Self {
-        let path = path.as_ref().to_path_buf();
-        Self { path, stream: None, series: Vec::new(), dimension: 0, largest: 0.0, closed: false }
+struct Open {
+    logger: Logger,
+    storage: MemorySinkStorage,
+    encoder: Encoder<BufWriter<File>>,
+    pending: usize,
+}
+
+impl RrdWriter {
+    pub(crate) fn new(path: &Path, force: bool) -> Self {
+        Self { path: path.to_path_buf(), force, open: None }
     }
+}
 
-    /// Records to `stream` instead of a file.
-    fn open(&mut self, stream: RecordingStream, sim: &mut Simulation) -> Result<(), RecordError> {
-        // Wall-clock timelines would make every recording differ.
-        stream.set_log_tick_enabled(false);
-        stream.set_log_time_enabled(false);
-        self.stream = Some(stream);
-        let description = sim.describe();
-        self.series = columns::series(&description);
-        self.dimension = description.dimension;
-        self.largest = 0.0;
-        self.log_fixed(sim)
+fn encoder(file: File) -> Result<Encoder<BufWriter<File>>, ::re_log_encoding::EncodeError> {
+    let version = ::rerun::build_info().version;
+    Encoder::new_eager(version, EncodingOptions::PROTOBUF_COMPRESSED, BufWriter::with_capacity(1 << 20, file))
+}
+
+impl Open {
+    fn drain(&mut self, path: &Path) -> Result<(), RecordError> {
+        self.pending = 0;
+        self.storage.take().iter().try_for_each(|message| self.encoder.append(message).map(drop)).map_err(RecordError::format(path))
     }
+}
 
-    /// What does not change: the grid, the scene, the width and the body of each particle, the names of curves.
-    fn log_fixed(&self, sim: &mut Simulation) -> Result<(), RecordError> {
-        let scene = sim.scene();
-        let pad = |v: &[f64], scale: f64| std::array::from_fn::<f32, 3, _>(|a| v.get(a).map_or(0.0, |&x| (scale * x) as f32));
-        let half = pad(&scene.grid.size, 0.5);
-        let corner = pad(&scene.grid.origin, 1.0);
-        let grid = Boxes3D::from_centers_and_half_sizes([std::array::from_fn::<_, 3, _>(|a| corner[a] + half[a])], [half]);
-        // Scenes in the plane are read with y up, scenes in space with z up.
-        let up =
-            if self.dimension == 3 { ::rerun::ViewCoordinates::RIGHT_HAND_Z_UP() } else { ::rerun::ViewCoordinates::RIGHT_HAND_Y_UP() };
-        let text = scene.to_toml();
-        let spacing = spacing(scene);
-        self.log_static("world", &up)?;
-        self.log_static("world/grid", &grid.with_colors([0x9090_90ff]).with_fill_mode(::rerun::FillMode::MajorWireframe))?;
-        self.log_static("scene", &::rerun::TextDocument::new(text))?;
-
-        let body = sim.get("particle/body")?;
-        // Neighbours just touch where the spacing is the same along all axes.
-        let radius = |b: &f64| spacing.get(*b as usize).map_or(0.0, |s| 0.5 * s.iter().copied().fold(f64::INFINITY, f64::min) as f32);
-        self.log_static(PARTICLES, &Points3D::update_fields().with_radii(body.iter().map(radius)))?;
-        self.log_static(PARTICLES, &AnyValues::default().with_component::<Scalar>("body", body.iter().copied()))?;
-        for series in &self.series {
-            let names = series.components.iter().map(|(label, _)| {
-                // `tip/displacement`, `kinetic`: the view says what kind it is.
-                let last = series.variable.split_once('/').map_or("", |(_, rest)| rest);
-                let component = if label.is_empty() { String::new() } else { format!(" {label}") };
-                let unit = if series.unit.is_empty() { String::new() } else { format!(" [{}]", series.unit) };
-                format!("{last}{component}{unit}")
-            });
-            self.log_static(&series.variable, &SeriesLines::new().with_names(names))?;
-        }
+impl Writer for RrdWriter {
+    fn open(&mut self, about: Arc<About>) -> Result<(), RecordError> {
+        let file = options::create(&self.path, self.force)?;
+        let fail = |error: ::rerun::RecordingStreamError| RecordError::format(&self.path)(error);
+        let (stream, storage) = logger::builder(&about).memory().map_err(fail)?;
+        let encoder = encoder(file).map_err(RecordError::format(&self.path))?;
+        let logger = Logger::new(stream, about).map_err(RecordError::format(&self.path))?;
+        let mut open = Open { logger, storage, encoder, pending: 0 };
+        open.drain(&self.path)?;
+        self.open = Some(open);
         Ok(())
     }
 
-    fn stamp(&self, time: f64, step: u64) {
-        if let Some(stream) = &self.stream {
-            stream.set_duration_secs("sim_time", time);
-            stream.set_time_sequence("step", step as i64);
+    fn write(&mut self, item: &Item) -> Result<(), RecordError> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        open.logger.log(item).map_err(RecordError::format(&self.path))?;
+        if let Item::Frame(frame) = item {
+            open.pending += frame.values.iter().map(|values| 4 * values.len()).sum::<usize>();
         }
+        if open.pending > DRAIN { open.drain(&self.path) } else { Ok(()) }
     }
 
-    fn log(&self, entity: &str, what: &dyn AsComponents) -> Result<(), RecordError> {
-        self.stream.as_ref().map_or(Ok(()), |stream| stream.log(entity, what)).map_err(|error| self.failed(error))
+    fn flush(&mut self) -> Result<(), RecordError> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        open.drain(&self.path)?;
+        open.encoder.flush_blocking().map_err(RecordError::format(&self.path))
     }
 
-    fn log_static(&self, entity: &str, what: &dyn AsComponents) -> Result<(), RecordError> {
-        self.stream.as_ref().map_or(Ok(()), |stream| stream.log_static(entity, what)).map_err(|error| self.failed(error))
-    }
-
-    fn failed(&self, source: ::rerun::RecordingStreamError) -> RecordError {
-        RecordError::Rerun { path: self.path.clone(), source: Box::new(source) }
+    fn close(&mut self) -> Result<Vec<PathBuf>, RecordError> {
+        self.flush()?;
+        let Some(mut open) = self.open.take() else { return Ok(Vec::new()) };
+        // Now that the range of the colours is known, every frame gets them.
+        open.logger.legend().map_err(RecordError::format(&self.path))?;
+        read::colors(&self.path, open.logger.range(), &mut |message: &LogMsg| {
+            open.encoder.append(message).map(drop).map_err(RecordError::format(&self.path))
+        })?;
+        open.drain(&self.path)?;
+        open.encoder.finish().map_err(RecordError::format(&self.path))?;
+        let out = open.encoder.into_inner().map_err(RecordError::format(&self.path))?;
+        out.into_inner().map_err(|e| RecordError::write(&self.path)(e.into_error()))?;
+        Ok(vec![self.path.clone()])
     }
 }
 
-impl Sink for RerunSink {
-    fn begin(&mut self, sim: &mut Simulation) -> Result<(), RecordError> {
-        // A plain file error names its cause; Rerun's own does not.
-        std::fs::File::create(&self.path).map_err(RecordError::write(&self.path))?;
-        let series = columns::series(&sim.describe());
-        let stream = builder(&sim.scene().title, &series).save(&self.path).map_err(|error| self.failed(error))?;
-        self.open(stream, sim)
-    }
+/// Shows a run in a viewer while it is computed. The range of the colours grows with what is seen.
+pub(crate) struct LiveWriter {
+    url: String,
+    logger: Option<Logger>,
+}
 
-    fn frame(&mut self, sim: &mut Simulation, step: u64) -> Result<(), RecordError> {
-        self.stamp(sim.time(), step);
-        let stress = sim.get("particle/stress")?;
-        let von_mises = all_von_mises(stress);
-        let pressures: Vec<f64> = stress.chunks_exact(9).map(pressure).collect();
-        self.largest = von_mises.iter().copied().fold(self.largest, f64::max);
-        let scale = if self.largest > 0.0 { 1.0 / self.largest } else { 0.0 };
-        let colors = von_mises.iter().map(|v| {
-            let [r, g, b] = viridis(scale * v);
-            ::rerun::Color::from_rgb(r, g, b)
-        });
-        let shown = Points3D::new(points(sim.get("particle/position")?, self.dimension)).with_colors(colors);
-        let columns = AnyValues::default()
-            .with_component::<Vector3D>("velocity", points(sim.get("particle/velocity")?, self.dimension))
-            .with_component::<Scalar>("von_mises", von_mises)
-            .with_component::<Scalar>("pressure", pressures);
-        // One row for both, so that a frame is one row in a table too.
-        self.log(PARTICLES, &[&shown as &dyn AsComponents, &columns])?;
-        self.log("color_scale/von_mises_Pa", &Scalars::single(self.largest))
+impl LiveWriter {
+    pub(crate) fn new(url: &str) -> Self {
+        Self { url: url.to_owned(), logger: None }
     }
+}
 
-    fn history(&mut self, sim: &mut Simulation, step: u64) -> Result<(), RecordError> {
-        self.stamp(sim.time(), step);
-        for series in &self.series {
-            let values = sim.get(&series.variable)?;
-            self.log(&series.variable, &Scalars::new(series.components.iter().map(|&(_, index)| values[index])))?;
-        }
+impl Writer for LiveWriter {
+    fn open(&mut self, about: Arc<About>) -> Result<(), RecordError> {
+        let path = Path::new(&self.url);
+        let stream = logger::builder(&about).connect_grpc_opts(self.url.clone()).map_err(RecordError::format(path))?;
+        let logger = Logger::new(stream, about).map_err(RecordError::format(path))?;
+        self.logger = Some(logger.colored());
         Ok(())
     }
 
-    fn finish(&mut self, _: &mut Simulation) -> Result<(), RecordError> {
-        // Dropping the last handle writes the footer; the flush before it is what can report an error.
-        if let Some(stream) = self.stream.take() {
-            self.closed = true;
-            stream.flush_blocking().map_err(|source| RecordError::Flush { path: self.path.clone(), source: Box::new(source) })?;
-        }
-        Ok(())
+    fn write(&mut self, item: &Item) -> Result<(), RecordError> {
+        self.logger.as_mut().map_or(Ok(()), |logger| logger.log(item)).map_err(RecordError::format(Path::new(&self.url)))
     }
 
-    fn files(&self) -> Vec<PathBuf> {
-        if self.closed { vec![self.path.clone()] } else { Vec::new() }
-    }
-}
-
-/// Pressure \[Pa\] of a 3x3 stress in C-order, positive in compression.
-fn pressure(s: &[f64]) -> f64 {
-    -(s[0] + s[4] + s[8]) / 3.0
-}
-
-/// Space padded to three coordinates, as f32 for viewers: missing ones are zero.
-fn points(flat: &[f64], dimension: usize) -> impl Iterator<Item = [f32; 3]> + '_ {
-    flat.chunks_exact(dimension).map(|x| std::array::from_fn(|axis| x.get(axis).map_or(0.0, |&v| v as f32)))
-}
-
-/// A recording with the layout of the viewer: space on the left, curves and the scene on the right.
-fn builder(title: &str, series: &[Series]) -> RecordingStreamBuilder {
-    // What shares a unit shares a view; the rest is in the recording, for views of the user's own.
-    let chosen = |fits: &dyn Fn(&str) -> bool| -> Vec<String> {
-        series.iter().filter(|s| fits(&s.variable)).map(|s| format!("/{}", s.variable)).collect()
-    };
-    const ENERGIES: [&str; 4] = ["energy/kinetic", "energy/strain", "energy/external", "energy/total"];
-    let views = [
-        ("energies", chosen(&|name| ENERGIES.contains(&name))),
-        ("probe displacements", chosen(&|name| name.starts_with("probe/") && name.ends_with("/displacement"))),
-        ("reactions", chosen(&|name| name.starts_with("boundary/"))),
-    ];
-    let shown = views.into_iter().filter(|(_, contents)| !contents.is_empty());
-    let curves = shown.map(|(name, contents)| ContainerLike::from(TimeSeriesView::new(name).with_contents(contents)));
-    let text = TextDocumentView::new("scene").with_origin("/scene");
-    let right = Tabs::new([Vertical::new(curves).with_name("curves").into(), text.into()]);
-    let space = Spatial3DView::new("particles").with_origin("/world");
-    // Activated, not only offered as default: a default layout is applied too late by some viewers.
-    let blueprint = Blueprint::new(Horizontal::new([space.into(), right.into()]).with_column_shares(vec![2.0, 1.0]))
-        .with_time_panel(TimePanel::new().with_timeline("sim_time").with_state(PanelState::Collapsed))
-        .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Hidden))
-        .with_selection_panel(SelectionPanel::from_state(PanelState::Hidden));
-    RecordingStreamBuilder::new("matpoint").recording_name(title).send_properties(false).with_blueprint(blueprint)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scene::Scene;
-    use ::rerun::log::{Chunk, LogMsg};
-
-    /// What was logged under `entity`: time \[ns\] and the bytes of one component, in the order of time.
-    fn logged<T: Copy>(messages: &[LogMsg], entity: &str, read: impl Fn(&Chunk) -> Vec<Vec<T>>) -> Vec<(i64, Vec<T>)> {
-        let mut rows = Vec::new();
-        for message in messages {
-            let LogMsg::ArrowMsg(store, message) = message else { continue };
-            let chunk = Chunk::from_arrow_msg(message).unwrap();
-            if store.is_blueprint() || chunk.is_static() || chunk.entity_path().to_string() != entity {
-                continue;
-            }
-            let times = chunk.timelines()[&"sim_time".into()].times_raw().to_vec();
-            let values = read(&chunk);
-            assert_eq!(times.len(), values.len(), "{entity}");
-            rows.extend(times.into_iter().zip(values));
-        }
-        rows.sort_by_key(|row| row.0);
-        rows
+    fn flush(&mut self) -> Result<(), RecordError> {
+        let flush = |logger: &Logger| logger.stream().flush_with_timeout(std::time::Duration::from_secs(5));
+        self.logger.as_ref().map_or(Ok(()), flush).map_err(RecordError::format(Path::new(&self.url)))
     }
 
-    fn positions(messages: &[LogMsg]) -> Vec<(i64, Vec<[f32; 3]>)> {
-        let component = Points3D::descriptor_positions().component;
-        logged(messages, "/world/particles", |chunk| chunk.iter_slices::<[f32; 3]>(component).map(<[_]>::to_vec).collect())
+    fn close(&mut self) -> Result<Vec<PathBuf>, RecordError> {
+        self.flush().map(|()| Vec::new())
     }
 
-    fn scalars(messages: &[LogMsg], entity: &str) -> Vec<(i64, Vec<f64>)> {
-        let component = Scalars::descriptor_scalars().component;
-        logged(messages, entity, |chunk| chunk.iter_slices::<f64>(component).map(<[_]>::to_vec).collect())
-    }
-
-    /// Three frames and five rows, 0.01 s apart.
-    fn record() -> (Vec<LogMsg>, usize) {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("launch_scripts/scenes/cantilever.toml");
-        let mut sim = Scene::load_with(path, &[]).unwrap().build().unwrap();
-        let mut sink = RerunSink::new("never written.rrd");
-        let series = columns::series(&sim.describe());
-        let (stream, storage) = builder("test", &series).memory().unwrap();
-        sink.open(stream, &mut sim).unwrap();
-        for row in 0..5 {
-            sink.history(&mut sim, row).unwrap();
-            if row % 2 == 0 {
-                sink.frame(&mut sim, row).unwrap();
-            }
-            sim.step(0.01).unwrap();
-        }
-        let particles = sim.describe().particles;
-        (storage.take(), particles)
-    }
-
-    #[test]
-    fn frames_and_rows_are_all_there_and_the_same_in_every_run() {
-        let (messages, particles) = record();
-        let frames = positions(&messages);
-        assert_eq!(frames.iter().map(|f| f.0).collect::<Vec<_>>(), [0, 20_000_000, 40_000_000]);
-        assert!(frames.iter().all(|f| f.1.len() == particles));
-        assert!(frames[0].1 != frames[2].1, "particles move");
-        let tip = scalars(&messages, "/probe/tip/displacement");
-        assert_eq!(tip.iter().map(|r| r.1.len()).collect::<Vec<_>>(), [2; 5]);
-        assert_eq!(scalars(&messages, "/energy/kinetic").len(), 5);
-
-        let (again, _) = record();
-        assert_eq!(positions(&again), frames);
-        assert_eq!(scalars(&again, "/probe/tip/displacement"), tip);
+    fn is_live(&self) -> bool {
+        true
     }
 }
