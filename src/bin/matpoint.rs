@@ -33,6 +33,21 @@ enum Command {
     /// Run a scene and record it.
     #[command(after_help = RUN_EXAMPLES)]
     Run(RunArgs),
+    /// Tell what is in a recording, draw it, compare it; repair one that was cut off.
+    #[command(after_help = "Examples:
+  matpoint inspect beam.mcap                     scene, method, frames, time, energy drift, events, variables
+  matpoint inspect beam.rrd --csv probe/tip/displacement > tip.csv
+  matpoint inspect beam.mcap --picture beam.png --frames 6
+  matpoint inspect fine.mcap --compare coarse.mcap
+
+A recording that was cut off, because its process was killed or the disk was full, gets its index again; all that reached the disk is kept.")]
+    Inspect(InspectArgs),
+    /// Write a recording in another format.
+    #[command(after_help = "Examples:
+  matpoint replay beam.mcap --to rrd             writes beam.rrd
+  matpoint replay beam.rrd --to look/beam.pvd    for ParaView
+  ros2 bag play beam.mcap                        publishes it: .mcap recordings are bags")]
+    Replay(ReplayArgs),
     /// Find every fault of a scene without running it.
     #[command(after_help = "Examples:
   matpoint check beam.toml
@@ -62,6 +77,10 @@ enum StudyCommand {
 
 Exit codes: 0 every finding came out as known, 1 one did not, 2 a fault in the arguments.")]
     Papers(PapersArgs),
+    /// Draw the scenes of the gallery.
+    #[command(after_help = "Examples:
+  matpoint study gallery                         writes docs/gallery.md and docs/gallery/")]
+    Gallery(GalleryArgs),
 }
 
 const RUN_EXAMPLES: &str = "Examples:
@@ -136,6 +155,46 @@ struct RunArgs {
 }
 
 #[derive(Args)]
+struct InspectArgs {
+    /// Recording: .mcap or .rrd.
+    run: PathBuf,
+    /// Print a variable as a table instead: its times, and particles where it is one of particles.
+    #[arg(long, value_name = "VARIABLE", group = "what")]
+    csv: Option<String>,
+    /// Draw it instead, without a display; the file ends in .png or .svg.
+    #[arg(long, alias = "png", value_name = "FILE", group = "what")]
+    picture: Option<PathBuf>,
+    /// Frames to draw, on one sheet; the last one only if left out.
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "picture")]
+    frames: usize,
+    /// Print how far another recording is from it over time instead.
+    #[arg(long, value_name = "OTHER", group = "what")]
+    compare: Option<PathBuf>,
+    /// Write over a picture that exists.
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Args)]
+struct ReplayArgs {
+    /// Recording: .mcap or .rrd.
+    run: PathBuf,
+    /// rrd, mcap or vtk, for a file beside the recording; or a file that ends in .rrd, .mcap or .pvd.
+    #[arg(long, value_name = "FORMAT|FILE")]
+    to: PathBuf,
+    /// Write over a file that exists.
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Args)]
+struct GalleryArgs {
+    /// Folder for gallery.md and the folder gallery with its pictures.
+    #[arg(long, value_name = "DIR", default_value = "docs")]
+    out: PathBuf,
+}
+
+#[derive(Args)]
 struct PapersArgs {
     /// Coarse and short cases only.
     #[arg(long)]
@@ -181,6 +240,9 @@ fn seconds(text: &str) -> Result<f64, String> {
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Run(args) => cli::run(&args),
+        Command::Inspect(args) => cli::inspect(&args),
+        Command::Replay(args) => cli::replay(&args),
+        Command::Study(StudyCommand::Gallery(args)) => cli::gallery(&args),
         Command::Check(args) => cli::check(&args),
         Command::Describe(args) => cli::describe(&args),
         Command::Study(StudyCommand::Papers(args)) => cli::papers(&args),

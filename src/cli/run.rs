@@ -62,21 +62,13 @@ fn file_sinks(args: &RunArgs) -> Result<Vec<Box<dyn Sink>>, Failure> {
         when_full: args.when_full,
         keep_going: args.keep_going,
     };
-    if let Some(path) = &args.picture {
-        ends_in("picture", path, "svg")?;
+    if let Some(path) = args.picture.as_ref().filter(|path| !["svg", "png"].iter().any(|e| path.extension().is_some_and(|x| x == *e))) {
+        return Err(Failure::Ending { option: "picture", path: path.clone(), ending: "svg" });
     }
     // A folder may have a dot in its name.
     let tables = args.csv.iter().map(|folder| Box::new(CsvSink::new(folder).force(args.force)) as Box<dyn Sink>);
     let others = args.picture.iter().chain(&args.record).map(|path| record::sink_for(path, &options).map_err(Failure::Open));
     tables.map(Ok).chain(others).collect()
-}
-
-fn ends_in(option: &'static str, path: &Path, ending: &'static str) -> Result<(), Failure> {
-    if path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending)) {
-        Ok(())
-    } else {
-        Err(Failure::Ending { option, path: path.to_path_buf(), ending })
-    }
 }
 
 /// A bar on stderr; indicatif draws nothing where that is no terminal.

@@ -64,6 +64,11 @@ pub(super) fn header(variable: &str, label: &str, unit: &str) -> String {
     [name.as_str(), label, unit.as_str()].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join("_")
 }
 
+/// A name as a CSV field: in quotes where it holds a comma, a quote or a line end.
+pub(super) fn quoted(name: &str) -> String {
+    if name.contains([',', '"', '\n', '\r']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

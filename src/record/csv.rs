@@ -1,6 +1,6 @@
 //! Tables: `history.csv` (a row a record time) and `particles.csv` (the last frame).
 
-use super::columns::{self, SYMMETRIC, Series};
+use super::columns::{self, SYMMETRIC, Series, quoted};
 use super::particles::von_mises;
 use super::options::free;
 use super::{RecordError, Sink};
@@ -123,11 +123,6 @@ fn write_particles(sim: &mut Simulation, out: &mut Draft) -> Result<(), RecordEr
 fn number(line: &mut String, value: f64) {
     // Writing to a String cannot fail.
     let _ = write!(line, "{value:?}");
-}
-
-/// A name as a CSV field: in quotes where it holds a comma, a quote or a line end.
-fn quoted(name: &str) -> String {
-    if name.contains([',', '"', '\n', '\r']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() }
 }
 
 #[cfg(test)]

@@ -4,7 +4,9 @@
 //! computed. Where a run stops to record is said by the scene alone, so a result does not depend on who listens.
 
 mod background;
+mod choose;
 mod columns;
+mod compare;
 mod csv;
 mod data;
 mod energy;
@@ -22,12 +24,15 @@ mod rerun;
 mod run;
 mod vtk;
 
+pub use choose::Chosen;
+pub use compare::{Comparison, Difference, compare};
 pub use csv::CsvSink;
 pub use data::{About, Column, Event, Frame, Item, Level, Row, Snapshot};
 pub use energy::EnergyWatch;
 pub use error::RecordError;
 pub use options::{Options, Precision, WhenFull};
-pub use picture::PictureSink;
+pub use picture::{PictureSink, picture_of, sheet};
+pub(crate) use picture::encode;
 pub use read::{Recording, Repair, repair};
 pub use recorder::Recorder;
 pub use run::{Progress, RunError, Summary, run};
@@ -83,6 +88,8 @@ const ENDINGS: &[(&str, &str)] = &[
     ("rrd", "Rerun"),
     ("pvd", "ParaView"),
     ("svg", "a picture of the last state"),
+    #[cfg(feature = "png")]
+    ("png", "the same"),
 ];
 
 /// The sink for a path, by its ending: `.mcap` for ROS 2 and Foxglove, `.rrd` for Rerun, `.pvd` for ParaView, `.svg` for a picture of the last
@@ -91,22 +98,63 @@ const ENDINGS: &[(&str, &str)] = &[
 /// # Errors
 /// An ending that nothing is written for.
 pub fn sink_for(path: &Path, options: &Options) -> Result<Box<dyn Sink>, RecordError> {
-    let background = |writer: Box<dyn background::Writer>| Box::new(background::Background::new(writer, options));
-    #[cfg(feature = "rerun")]
-    if let Some(url) = path.to_str().filter(|path| path.starts_with("rerun+") || path.starts_with("rerun://")) {
-        return Ok(background(Box::new(rerun::LiveWriter::new(url))));
+    if let Some(writer) = writer_for(path, options.force) {
+        return Ok(Box::new(background::Background::new(writer, options)));
     }
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-    match ending.as_deref() {
-        #[cfg(feature = "mcap")]
-        Some("mcap") => Ok(background(Box::new(mcap::McapWriter::new(path, options.force)))),
-        #[cfg(feature = "rerun")]
-        Some("rrd") => Ok(background(Box::new(rerun::RrdWriter::new(path, options.force)))),
-        Some("pvd") => Ok(background(Box::new(vtk::VtkWriter::new(path, options.force)))),
+    match ending(path).as_deref() {
         Some("svg") => Ok(Box::new(PictureSink::new(path).force(options.force))),
+        #[cfg(feature = "png")]
+        Some("png") => Ok(Box::new(PictureSink::new(path).force(options.force))),
         None => Ok(Box::new(CsvSink::new(path).force(options.force))),
         Some(_) => Err(RecordError::Ending { path: path.to_path_buf() }),
     }
+}
+
+fn ending(path: &Path) -> Option<String> {
+    path.extension().map(|ending| ending.to_string_lossy().to_lowercase())
+}
+
+/// The format for a path, if it is one that works on a thread of its own.
+fn writer_for(path: &Path, force: bool) -> Option<Box<dyn background::Writer>> {
+    #[cfg(feature = "rerun")]
+    if let Some(url) = path.to_str().filter(|path| path.starts_with("rerun+") || path.starts_with("rerun://")) {
+        return Some(Box::new(rerun::LiveWriter::new(url)));
+    }
+    match ending(path)?.as_str() {
+        #[cfg(feature = "mcap")]
+        "mcap" => Some(Box::new(mcap::McapWriter::new(path, force))),
+        #[cfg(feature = "rerun")]
+        "rrd" => Some(Box::new(rerun::RrdWriter::new(path, force))),
+        "pvd" => Some(Box::new(vtk::VtkWriter::new(path, force))),
+        _ => None,
+    }
+}
+
+/// Writes a picture, given as SVG, to a file that ends in `.svg` or `.png`.
+///
+/// # Errors
+/// A file that is there already and not to be written over, or cannot be written; another ending.
+pub fn write_picture(path: &Path, svg: String, force: bool) -> Result<(), RecordError> {
+    if !matches!(ending(path).as_deref(), Some("svg" | "png")) {
+        return Err(RecordError::Ending { path: path.to_path_buf() });
+    }
+    options::free(path, force)?;
+    let mut draft = crate::draft::Draft::create(path)?;
+    draft.write_bytes(&encode(path, svg)?)?;
+    draft.finish().map(drop)
+}
+
+/// Writes a recording again, in the format that `to` ends in.
+///
+/// # Errors
+/// A recording that cannot be read, a file that cannot be written, an ending that recordings are not written for.
+pub fn replay(from: Recording, to: &Path, force: bool) -> Result<Vec<PathBuf>, RecordError> {
+    let mut writer = writer_for(to, force).ok_or_else(|| RecordError::Ending { path: to.to_path_buf() })?;
+    writer.open(from.about().clone())?;
+    for item in from {
+        writer.write(&item?)?;
+    }
+    writer.close()
 }
 
 impl<S: Sink + ?Sized> Sink for &mut S {

@@ -29,12 +29,14 @@
 //! assert_eq!(section.findings[0].holds, Some(true));
 //! ```
 
+mod gallery;
 pub mod chart;
 pub mod cloud;
 pub mod papers;
 pub mod report;
 pub mod runner;
 
+pub use gallery::{GalleryError, gallery};
 pub use chart::{Axis, Chart, Panel, Series, Style};
 pub use cloud::{Cloud, View};
 pub use report::{Cell, Drawing, Figure, Finding, Report, Section, Table, Verdict};

@@ -54,7 +54,7 @@ pub(super) fn blueprint(about: &About) -> Blueprint {
         Spatial2DView::new(about.scene.title.as_str()).with_origin("/").with_contents(["/world/**"]).into()
     };
     let legend = Spatial2DView::new("color").with_origin("/legend");
-    let left = Vertical::new([space, legend.into()]).with_row_shares(vec![7.0, 1.0]);
+    let left = Vertical::new([space, legend.into()]).with_row_shares(vec![6.5, 1.0]);
     // Activated, not only offered as default: a default layout is applied too late by some viewers.
     Blueprint::new(Horizontal::new([left.into(), right.into()]).with_column_shares(vec![2.0, 1.0]))
         .with_time_panel(TimePanel::new().with_timeline("sim_time").with_state(PanelState::Collapsed))
@@ -132,4 +132,22 @@ fn face(about: &About, body: &str, face: &str) -> Option<[f64; 3]> {
 /// The unit of what an arrow shows.
 pub(super) fn arrow_unit(entity: &str) -> &'static str {
     if entity.ends_with("/traction") { "Pa" } else { "N" }
+}
+
+/// For each load that has a place: the particles next to it.
+pub(super) fn loaded(about: &About) -> Vec<(String, Vec<usize>)> {
+    let place = |load: &Load| match load {
+        Load::Traction(t) => Some((face(about, &t.body, &t.face)?, t.face.split_at_checked(1).and_then(|(a, _)| ["x", "y", "z"].iter().position(|&x| x == a)))),
+        Load::PointForce(f) => Some((std::array::from_fn(|a| f.at.get(a).copied().unwrap_or(0.0)), None)),
+        _ => None,
+    };
+    let d = about.dimension();
+    let near = |p: &usize, (at, axis): &([f64; 3], Option<usize>)| {
+        let spacing = &about.spacing[about.body[*p] as usize];
+        // On a face the distance from its plane counts; at a point the distance along each axis.
+        (0..d).filter(|a| axis.is_none_or(|axis| axis == *a)).all(|a| (about.initial[d * p + a] - at[a]).abs() <= spacing[a])
+    };
+    let particles = |place| (0..about.body.len()).filter(|p| near(p, &place)).collect::<Vec<_>>();
+    let all = about.scene.load.iter().filter_map(|(name, load)| Some((name.clone(), particles(place(load)?))));
+    all.filter(|(_, near)| !near.is_empty()).collect()
 }

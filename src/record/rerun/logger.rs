@@ -41,6 +41,10 @@ pub(super) struct Logger {
     /// Whether frames are coloured at once, or when all are known.
     colored: bool,
     shown: f64,
+    /// Positions of the last frame.
+    position: Option<Arc<Vec<f64>>>,
+    /// Particles next to each loaded face.
+    loaded: Vec<(String, Vec<usize>)>,
 }
 
 impl Logger {
@@ -49,7 +53,8 @@ impl Logger {
         stream.set_log_tick_enabled(false);
         stream.set_log_time_enabled(false);
         let lattice = Lattice::new(&about);
-        let logger = Self { stream, about, lattice, largest: 0.0, longest: 0.0, colored: false, shown: 0.0 };
+        let loaded = layout::loaded(&about);
+        let logger = Self { stream, about, lattice, largest: 0.0, longest: 0.0, colored: false, shown: 0.0, position: None, loaded };
         logger.log_fixed()?;
         Ok(logger)
     }
@@ -159,6 +164,7 @@ impl Logger {
             }
         }
         let position = &frame.values[0];
+        self.position = Some(position.clone());
         let shade = Shade::of(&about);
         if let Some(shade) = &shade {
             let largest = shade.values(frame).fold(0.0, |a: f64, v| a.max(v.abs()));
@@ -201,7 +207,15 @@ impl Logger {
         for (input, values) in about.inputs.iter().zip(&row.values[about.series.len()..]) {
             self.stream.log(input.name.as_str(), &Scalars::new(values.iter().copied()))?;
         }
-        for (name, place, value) in layout::loads(&about, row) {
+        for (name, mut place, value) in layout::loads(&about, row) {
+            // The face has moved since time 0.
+            let name_of_load = name.split('/').next().unwrap_or_default();
+            if let (Some((_, near)), Some(position)) = (self.loaded.iter().find(|(load, _)| load == name_of_load), &self.position) {
+                for &p in near {
+                    let d = about.dimension();
+                    (0..d).for_each(|a| place[a] += (position[d * p + a] - about.initial[d * p + a]) / near.len() as f64);
+                }
+            }
             self.arrow(&format!("world/load/{name}"), place, &value, &name)?;
         }
         Ok(())
@@ -243,12 +257,10 @@ impl Logger {
         let row: Vec<u8> = (0..WIDTH).flat_map(|i| viridis(i as f64 / (WIDTH - 1) as f64)).collect();
         self.fixed("legend/colors", &Image::from_rgb24(row.repeat(HEIGHT), [WIDTH as u32, HEIGHT as u32]))?;
         let low = if shade.signed { -shade.largest } else { 0.0 };
-        let values = [low, 0.5 * (low + shade.largest), shade.largest].map(|v| crate::text::si(v, shade.unit));
-        let places = [[0.0, 24.0], [0.5 * WIDTH as f32, 24.0], [WIDTH as f32, 24.0]];
-        let marks = Points2D::new(places).with_labels(values).with_radii([0.5]).with_colors([layout::INK]).with_show_labels(true);
-        self.fixed("legend/values", &marks)?;
-        let title = Points2D::new([[0.5 * WIDTH as f32, -12.0]]).with_labels([shade.title.clone()]).with_radii([0.5]);
-        self.fixed("legend/title", &title.with_colors([layout::INK]).with_show_labels(true))
+        let [low, middle, high] = [low, 0.5 * (low + shade.largest), shade.largest].map(|v| crate::text::si(v, shade.unit));
+        let places = [[0.0, 9.0], [0.5 * WIDTH as f32, 9.0], [WIDTH as f32, 9.0]];
+        let marks = Points2D::new(places).with_labels([low, format!("{}, {middle}", shade.title), high]);
+        self.fixed("legend/values", &marks.with_radii([0.5]).with_colors([layout::INK]).with_show_labels(true))
     }
 }
 
