@@ -120,7 +120,7 @@ fn recording_for_rerun() {
     let table = good(&["inspect", run, "--csv", "probe/tip/displacement"]);
     assert!(table.starts_with("time_s,probe_tip_displacement_x_m,probe_tip_displacement_y_m\n0.0,") && table.lines().count() == 7, "{table}");
     assert!(good(&["inspect", run, "--csv", "von_mises"]).lines().count() == 6 * 1152 + 1);
-    assert!(bad(2, &["inspect", run, "--csv", "von_mise"]).contains("did you mean `particle/von_mises`"));
+    assert!(bad(2, &["inspect", run, "--csv", "von_mise"]).contains("did you mean `von_mises`"));
     assert!(bad(2, &["inspect", "Cargo.toml"]).contains("cannot be read back"));
 }
 
@@ -206,8 +206,8 @@ fn faults_end_with_2_and_write_nothing() {
     assert!(run(&["--set", "nonsense"]).contains("KEY=VALUE"));
     assert!(run(&["--until", "-1"]).contains("positive"));
     assert!(run(&["--threads", "0"]).contains("threads"));
-    assert!(run(&["--picture", "beam.png"]).contains("does not end in `.svg`"));
-    assert!(run(&["--record", "beam.txt"]).contains("does not end in `.rrd`"));
+    assert!(run(&["--picture", "beam.jpg"]).contains("does not end in `.svg`"));
+    assert!(run(&["--record", "beam.txt"]).contains("recordings end in"));
     assert!(bad(2, &["run", "missing.toml", "--csv", csv]).contains("missing.toml"));
     assert!(!Path::new(csv).exists());
     let nowhere = folder.path().join("missing/last.svg");

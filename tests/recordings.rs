@@ -156,7 +156,7 @@ fn a_full_disk_ends_the_recording_and_the_simulation_as_configured() {
             });
             let error = outcome.unwrap_err().to_string();
             assert!(error.contains(&format!("full.{ending}")) && error.contains("No space left"), "{error}");
-            assert_eq!(sim.steps() > 0 && (sim.time() - 0.04).abs() < 1e-12, keep_going || sim.time() > 0.039, "{ending} {}", sim.time());
+            assert!(!keep_going || (sim.time() - 0.04).abs() < 1e-12, "{ending}: the simulation stopped at {}", sim.time());
         }
     }
 }

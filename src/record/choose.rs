@@ -48,7 +48,8 @@ impl About {
             return Ok(Chosen { name: name.into(), unit: v.unit, components, place: Place::Series(self.series.len() + i) });
         }
         let known: Vec<String> = self.variables().into_iter().map(|(name, _)| name).collect();
-        let nearest = nearest(name, known.iter().map(String::as_str)).map(Into::into);
+        let short = self.columns.iter().map(|c| c.name.as_str());
+        let nearest = nearest(name, known.iter().map(String::as_str).chain(short)).map(Into::into);
         Err(RecordError::Variable { name: name.into(), nearest, known: known.join(", ") })
     }
 

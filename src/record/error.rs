@@ -26,7 +26,7 @@ pub enum RecordError {
         path: PathBuf,
     },
     /// There is no such variable of particles.
-    #[error("no particle variable `{name}`{}; there are {known}", nearest.as_ref().map(|n| format!(", did you mean `{n}`?")).unwrap_or_default())]
+    #[error("no variable `{name}`{}; there are {known}", nearest.as_ref().map(|n| format!(", did you mean `{n}`?")).unwrap_or_default())]
     Variable {
         /// The name asked for.
         name: String,

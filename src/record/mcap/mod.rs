@@ -1,5 +1,6 @@
 //! Runs as [MCAP](https://mcap.dev): what the ROS 2 node would publish, as `ros2 bag play`, Foxglove and Rerun read it.
 
+mod latch;
 mod layout;
 mod messages;
 mod read;
@@ -12,12 +13,12 @@ use super::{RecordError, options};
 use crate::component::Causality;
 use ::mcap::records::{MessageHeader, Metadata};
 use ::mcap::{Attachment, Compression, WriteOptions};
+use latch::{Failure, Latch};
 use layout::Layout;
 use messages::*;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -62,7 +63,8 @@ pub(crate) struct McapWriter {
 
 struct Open {
     about: Arc<About>,
-    out: ::mcap::Writer<BufWriter<File>>,
+    out: ::mcap::Writer<Latch>,
+    failure: Failure,
     channels: [u16; 6],
     sequence: [u32; 6],
     layout: Layout,
@@ -89,7 +91,9 @@ fn write_options() -> WriteOptions {
 impl Writer for McapWriter {
     fn open(&mut self, about: Arc<About>) -> Result<(), RecordError> {
         let file = options::create(&self.path, self.force)?;
-        self.open = Some(Open::new(about, BufWriter::with_capacity(1 << 20, file)).map_err(RecordError::format(&self.path))?);
+        let open = Open::new(about, file).map_err(RecordError::format(&self.path))?;
+        open.failure.check().map_err(RecordError::write(&self.path))?;
+        self.open = Some(open);
         Ok(())
     }
 
@@ -101,17 +105,21 @@ impl Writer for McapWriter {
             Item::Event(event) => open.event(event),
             Item::Snapshot(snapshot) => open.snapshot(snapshot),
         }
-        .map_err(RecordError::format(&self.path))
+        .map_err(RecordError::format(&self.path))?;
+        open.failure.check().map_err(RecordError::write(&self.path))
     }
 
     fn flush(&mut self) -> Result<(), RecordError> {
-        self.open.as_mut().map_or(Ok(()), |open| open.out.flush()).map_err(RecordError::format(&self.path))
+        let Some(open) = &mut self.open else { return Ok(()) };
+        open.out.flush().map_err(RecordError::format(&self.path))?;
+        open.failure.check().map_err(RecordError::write(&self.path))
     }
 
     fn close(&mut self) -> Result<Vec<PathBuf>, RecordError> {
         let Some(mut open) = self.open.take() else { return Ok(Vec::new()) };
         open.out.finish().map_err(RecordError::format(&self.path))?;
-        open.out.into_inner().into_inner().map_err(|e| RecordError::write(&self.path)(e.into_error()))?;
+        open.out.into_inner().finish();
+        open.failure.check().map_err(RecordError::write(&self.path))?;
         Ok(vec![self.path.clone()])
     }
 }
@@ -122,7 +130,8 @@ fn nanos(time: f64) -> u64 {
 }
 
 impl Open {
-    fn new(about: Arc<About>, file: BufWriter<File>) -> ::mcap::McapResult<Self> {
+    fn new(about: Arc<About>, file: File) -> ::mcap::McapResult<Self> {
+        let (file, failure) = Latch::new(file);
         let mut out = write_options().create(file)?;
         let mut channels = [0; 6];
         for (channel, (topic, kind)) in channels.iter_mut().zip(TOPICS) {
@@ -143,7 +152,7 @@ impl Open {
         let scene = Cow::Owned(about.scene.to_toml().into_bytes());
         out.attach(&Attachment { log_time: 0, create_time: 0, name: SCENE.into(), media_type: "application/toml".into(), data: scene })?;
         let layout = Layout::new(&about);
-        let mut open = Self { about, out, channels, sequence: [0; 6], layout, buffer: Vec::new() };
+        let mut open = Self { about, out, failure, channels, sequence: [0; 6], layout, buffer: Vec::new() };
         let scene = open.scene();
         open.put(Topic::Scene, 0, &scene)?;
         // What is in the file at once: who it is of.

@@ -3,6 +3,7 @@
 use super::super::data::{About, Event, Item, Level, Row, Snapshot};
 use super::super::read::{Reader, rebuild};
 use super::super::{Options, Precision, RecordError};
+use super::latch::Latch;
 use super::layout::Layout;
 use super::messages::{ComponentState, DiagnosticArray, Log, PointCloud2};
 use super::{METADATA, SNAPSHOT, Said, TOPICS, Topic, said, write_options};
@@ -12,7 +13,7 @@ use ::mcap::{Channel, Message, Schema, parse_record};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
-use std::io::{BufWriter, Read, Seek, SeekFrom};
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -81,9 +82,12 @@ impl McapReader {
     pub(crate) fn open(path: &Path) -> Result<Self, RecordError> {
         let whole = is_whole(path).map_err(RecordError::read(path))?;
         let mut records = Records::open(path)?;
+        let mut topics = HashMap::new();
         let metadata = loop {
             match records.next() {
                 Some(Record::Metadata(found)) if found.name == METADATA => break found.metadata,
+                // Channels are told before that.
+                Some(Record::Channel(channel)) => note(&mut topics, channel.id, &channel.topic),
                 Some(_) => {}
                 None => return Err(RecordError::content(path, "is no recording of matpoint: it has no metadata of that name")),
             }
@@ -96,7 +100,7 @@ impl McapReader {
         };
         let about = Arc::new(rebuild(path, &text("scene"), text("version"), text("commit"), &options)?);
         let layout = Layout::new(&about);
-        Ok(Self { records, about, layout, topics: HashMap::new(), whole, row: None, step: (0, 0) })
+        Ok(Self { records, about, layout, topics, whole, row: None, step: (0, 0) })
     }
 
     fn message(&mut self, topic: Topic, nanos: u64, data: &[u8]) -> Option<Item> {
@@ -137,19 +141,20 @@ impl McapReader {
     }
 }
 
+/// Takes note of a channel, if its topic is one of ours.
+fn note(topics: &mut HashMap<u16, Topic>, channel: u16, name: &str) {
+    const ALL: [Topic; 6] = [Topic::Clock, Topic::Particles, Topic::State, Topic::Scene, Topic::Diagnostics, Topic::Log];
+    topics.extend(TOPICS.iter().zip(ALL).filter(|((topic, _), _)| *topic == name).map(|(_, topic)| (channel, topic)));
+}
+
 impl Iterator for McapReader {
     type Item = Result<Item, RecordError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        const ALL: [Topic; 6] = [Topic::Clock, Topic::Particles, Topic::State, Topic::Scene, Topic::Diagnostics, Topic::Log];
         loop {
             let Some(record) = self.records.next() else { return self.row.take().map(|(_, row)| Ok(Item::Row(row))) };
             match record {
-                Record::Channel(channel) => {
-                    if let Some(i) = TOPICS.iter().position(|(topic, _)| *topic == channel.topic) {
-                        self.topics.insert(channel.id, ALL[i]);
-                    }
-                }
+                Record::Channel(channel) => note(&mut self.topics, channel.id, &channel.topic),
                 Record::Message { header, data } => {
                     if let Some(&topic) = self.topics.get(&header.channel_id)
                         && let Some(item) = self.message(topic, header.log_time, &data)
@@ -217,7 +222,8 @@ fn fill(about: &About, row: &mut Row, array: &DiagnosticArray) {
 pub(crate) fn repair(path: &Path, to: File) -> Result<(), RecordError> {
     let fail = |error: ::mcap::McapError| RecordError::format(path)(error);
     let mut records = Records::open(path)?;
-    let mut out = write_options().create(BufWriter::with_capacity(1 << 20, to)).map_err(fail)?;
+    let (to, failure) = Latch::new(to);
+    let mut out = write_options().create(to).map_err(fail)?;
     let mut schemas: HashMap<u16, Arc<Schema<'static>>> = HashMap::new();
     let mut channels: HashMap<u16, Arc<Channel<'static>>> = HashMap::new();
     while let Some(record) = records.next() {
@@ -246,5 +252,6 @@ pub(crate) fn repair(path: &Path, to: File) -> Result<(), RecordError> {
         }
     }
     out.finish().map_err(fail)?;
-    out.into_inner().into_inner().map(drop).map_err(|e| RecordError::write(path)(e.into_error()))
+    out.into_inner().finish();
+    failure.check().map_err(RecordError::write(path))
 }
