@@ -60,7 +60,15 @@ record = { every = 0.05 }
 
 #[test]
 fn every_command_helps_with_examples() {
-    for args in [&["--help"][..], &["run", "--help"], &["check", "--help"], &["inspect", "--help"], &["replay", "--help"], &["describe", "--help"], &["schema", "--help"]] {
+    for args in [
+        &["--help"][..],
+        &["run", "--help"],
+        &["check", "--help"],
+        &["inspect", "--help"],
+        &["replay", "--help"],
+        &["describe", "--help"],
+        &["schema", "--help"],
+    ] {
         let help = good(args);
         assert!(help.contains("Examples:\n  matpoint "), "{args:?}: {help}");
     }
@@ -118,10 +126,39 @@ fn recording_for_rerun() {
         assert!(text.contains(part), "no {part} in {text}");
     }
     let table = good(&["inspect", run, "--csv", "probe/tip/displacement"]);
-    assert!(table.starts_with("time_s,probe_tip_displacement_x_m,probe_tip_displacement_y_m\n0.0,") && table.lines().count() == 7, "{table}");
+    assert!(
+        table.starts_with("time_s,probe_tip_displacement_x_m,probe_tip_displacement_y_m\n0.0,") && table.lines().count() == 7,
+        "{table}"
+    );
     assert!(good(&["inspect", run, "--csv", "von_mises"]).lines().count() == 6 * 1152 + 1);
     assert!(bad(2, &["inspect", run, "--csv", "von_mise"]).contains("did you mean `von_mises`"));
     assert!(bad(2, &["inspect", "Cargo.toml"]).contains("cannot be read back"));
+}
+
+/// A limit on the size of files stands for a disk that fills up in the middle of a run.
+#[cfg(all(target_os = "linux", feature = "mcap"))]
+#[test]
+fn a_disk_that_fills_up_stops_the_run_or_not_as_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    for more in ["", "--keep-going"] {
+        let (run, tables) = (folder.path().join(format!("run{more}.mcap")), folder.path().join(format!("tables{more}")));
+        let command = format!(
+            "trap '' XFSZ; ulimit -f 300; exec {} run {} --until 20 --quiet --record {} --csv {} {more}",
+            env!("CARGO_BIN_EXE_matpoint"),
+            scene("cantilever.toml"),
+            run.display(),
+            tables.display(),
+        );
+        let output = Command::new("bash").args(["-c", &command]).output().unwrap();
+        assert_eq!(output.status.code(), Some(1), "{}{}", stdout(&output), stderr(&output));
+        let said = stderr(&output);
+        assert!(said.contains("File too large") && said.contains(".mcap") && !said.contains("panicked"), "{said}");
+        let history = std::fs::read_to_string(tables.join("history.csv")).unwrap();
+        let reached: f64 = history.lines().last().unwrap().split(',').next().unwrap().parse().unwrap();
+        assert_eq!(reached == 20.0, more == "--keep-going", "{more}: {reached}");
+        let text = good(&["inspect", run.to_str().unwrap()]);
+        assert!(text.contains("was cut off; all that could be read has its index again"), "{text}");
+    }
 }
 
 #[cfg(all(feature = "mcap", feature = "rerun", feature = "png"))]

@@ -38,7 +38,8 @@ fn one_hundred_kills() {
         assert_eq!(repair(&path).unwrap(), Repair::Done);
         let recording = Recording::open(&path).unwrap();
         assert!(recording.is_whole());
-        let times: Vec<f64> = recording.filter_map(|item| if let Ok(Item::Frame(frame)) = item { Some(frame.time) } else { None }).collect();
+        let times: Vec<f64> =
+            recording.filter_map(|item| if let Ok(Item::Frame(frame)) = item { Some(frame.time) } else { None }).collect();
         // No hole: a frame every 0.02 s from the start.
         assert!(times.iter().enumerate().all(|(i, time)| (time - 0.02 * i as f64).abs() < 1e-9), "{times:?}");
         frames += times.len();

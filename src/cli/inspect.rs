@@ -70,7 +70,8 @@ fn summary(path: &Path, note: Option<String>) -> Result<(), Failure> {
     lines.push(("made by", format!("matpoint {} {}", about.version, about.commit.get(..12).unwrap_or_default())));
     lines.push(("dimension", about.dimension().to_string()));
     lines.push(("particles", grouped(about.description.particles as u64)));
-    lines.push(("method", about.description.method.iter().map(|(what, choice)| format!("{what}: {choice}")).collect::<Vec<_>>().join("; ")));
+    lines
+        .push(("method", about.description.method.iter().map(|(what, choice)| format!("{what}: {choice}")).collect::<Vec<_>>().join("; ")));
     lines.push(("recorded", about.columns.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ")));
     lines.push(("frames, rows", format!("{frames}, {rows}")));
     if range[0] <= range[1] {

@@ -61,7 +61,9 @@ pub(crate) enum Failure {
 impl Failure {
     pub(crate) fn exit_code(&self) -> ExitCode {
         match self {
-            Self::Run { .. } | Self::Gallery(_) | Self::Report(_) | Self::Unexpected { .. } | Self::Component(_) | Self::Output(_) => ExitCode::from(1),
+            Self::Run { .. } | Self::Gallery(_) | Self::Report(_) | Self::Unexpected { .. } | Self::Component(_) | Self::Output(_) => {
+                ExitCode::from(1)
+            }
             _ => ExitCode::from(2),
         }
     }

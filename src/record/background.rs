@@ -73,9 +73,10 @@ impl Background {
             WhenFull::Wait => (!is_frame || running.places.send(()).is_ok()) && running.queue.send(item).is_ok(),
             WhenFull::Drop => {
                 let outcome = if is_frame { running.places.try_send(()) } else { Ok(()) };
-                match outcome.map_err(|e| matches!(e, TrySendError::Full(()))).and_then(|()| {
-                    running.queue.try_send(item).map_err(|e| matches!(e, TrySendError::Full(_)))
-                }) {
+                match outcome
+                    .map_err(|e| matches!(e, TrySendError::Full(())))
+                    .and_then(|()| running.queue.try_send(item).map_err(|e| matches!(e, TrySendError::Full(_))))
+                {
                     Ok(()) => true,
                     Err(full) => {
                         *dropped += u64::from(full);

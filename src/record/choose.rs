@@ -36,7 +36,12 @@ impl About {
         let short = name.trim_start_matches("particle/");
         if let Some(i) = self.column(short) {
             let c = &self.columns[i];
-            return Ok(Chosen { name: c.name.clone(), unit: c.unit, components: c.components.clone(), place: Place::Particles(i, c.width) });
+            return Ok(Chosen {
+                name: c.name.clone(),
+                unit: c.unit,
+                components: c.components.clone(),
+                place: Place::Particles(i, c.width),
+            });
         }
         if let Some(i) = self.series.iter().position(|s| s.variable == name) {
             let s = &self.series[i];

@@ -65,7 +65,11 @@ pub fn compare(first: &Path, second: &Path) -> Result<Comparison, RecordError> {
         let apart = x.time - y.time;
         if apart.abs() > 2e-9 {
             unmatched += 1;
-            if apart < 0.0 { left = a.next().transpose()? } else { right = b.next().transpose()? }
+            if apart < 0.0 {
+                left = a.next().transpose()?
+            } else {
+                right = b.next().transpose()?
+            }
             continue;
         }
         matched += 1;

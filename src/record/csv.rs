@@ -1,8 +1,8 @@
 //! Tables: `history.csv` (a row a record time) and `particles.csv` (the last frame).
 
 use super::columns::{self, SYMMETRIC, Series, quoted};
-use super::particles::von_mises;
 use super::options::free;
+use super::particles::von_mises;
 use super::{RecordError, Sink};
 use crate::Simulation;
 use crate::draft::Draft;

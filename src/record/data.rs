@@ -110,7 +110,8 @@ impl Column {
 /// The columns asked for, the position first; those that most want to see where nothing is asked for.
 fn columns(description: &Description, names: Option<&[String]>) -> Result<Vec<Column>, RecordError> {
     // In dimension 1 the stress has a sign worth seeing.
-    let usual: &[&str] = if description.dimension == 1 { &["velocity", "stress", "body"] } else { &["velocity", "von_mises", "pressure", "body"] };
+    let usual: &[&str] =
+        if description.dimension == 1 { &["velocity", "stress", "body"] } else { &["velocity", "von_mises", "pressure", "body"] };
     let names: Vec<&str> = names.map_or(usual.to_vec(), |names| names.iter().map(String::as_str).collect());
     let mut columns: Vec<Column> = Vec::new();
     for name in std::iter::once("position").chain(names) {
@@ -130,7 +131,11 @@ fn columns(description: &Description, names: Option<&[String]>) -> Result<Vec<Co
         columns.push(made.ok_or_else(|| {
             let known = description.variables.iter().filter_map(|v| v.name.strip_prefix("particle/")).chain(["von_mises", "pressure"]);
             let known: Vec<&str> = known.collect();
-            RecordError::Variable { name: name.into(), nearest: nearest(name, known.iter().copied()).map(Into::into), known: known.join(", ") }
+            RecordError::Variable {
+                name: name.into(),
+                nearest: nearest(name, known.iter().copied()).map(Into::into),
+                known: known.join(", "),
+            }
         })?);
     }
     Ok(columns)

@@ -33,7 +33,9 @@ impl Recording {
             Some("mcap") => Box::new(super::mcap::McapReader::open(path)?),
             #[cfg(feature = "rerun")]
             Some("rrd") => Box::new(super::rerun::RrdReader::open(path)?),
-            _ => return Err(RecordError::content(path, "cannot be read back: .mcap and .rrd can (where this matpoint was built with them)")),
+            _ => {
+                return Err(RecordError::content(path, "cannot be read back: .mcap and .rrd can (where this matpoint was built with them)"));
+            }
         };
         Ok(Self { path: path.to_path_buf(), reader })
     }

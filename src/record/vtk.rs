@@ -26,7 +26,9 @@ impl VtkWriter {
 
     fn list(&self) -> Result<(), RecordError> {
         let folder = self.folder.file_name().unwrap_or_default().to_string_lossy();
-        let mut text = String::from("<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n");
+        let mut text = String::from(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n",
+        );
         for (time, name) in &self.frames {
             // Writing to a String cannot fail.
             let _ = writeln!(text, "<DataSet timestep=\"{time:?}\" file=\"{}/{name}\"/>", escape(&folder));

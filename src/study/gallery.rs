@@ -69,7 +69,11 @@ pub fn gallery(folder: &Path, progress: &mut dyn FnMut(&str)) -> Result<Vec<Path
         let command = comment.iter().find(|line| line.starts_with("matpoint run")).copied().unwrap_or_default();
         let words: Vec<&str> = comment.iter().filter(|line| !line.starts_with("matpoint run")).copied().collect();
         let title = &sim.scene().title;
-        text += &format!("\n## {title}\n\n{}\n\n![{title}](gallery/{}.{ending})\n\n```sh\n{command}\n```\n", words.join("\n").trim(), entry.name);
+        text += &format!(
+            "\n## {title}\n\n{}\n\n![{title}](gallery/{}.{ending})\n\n```sh\n{command}\n```\n",
+            words.join("\n").trim(),
+            entry.name
+        );
     }
     let page = folder.join("gallery.md");
     let mut draft = Draft::create(&page)?;

@@ -117,9 +117,15 @@ fn names(column: &Column, dimension: usize) -> Vec<(String, usize)> {
         _ => None,
     };
     match before {
-        Some(before) => AXES.iter().enumerate().map(|(axis, name)| (format!("{before}{name}"), if axis < dimension { axis } else { usize::MAX })).collect(),
-        None => column.components.iter().map(|&(label, index)| {
-            (if label.is_empty() { column.name.clone() } else { format!("{}_{label}", column.name) }, index)
-        }).collect(),
+        Some(before) => AXES
+            .iter()
+            .enumerate()
+            .map(|(axis, name)| (format!("{before}{name}"), if axis < dimension { axis } else { usize::MAX }))
+            .collect(),
+        None => column
+            .components
+            .iter()
+            .map(|&(label, index)| (if label.is_empty() { column.name.clone() } else { format!("{}_{label}", column.name) }, index))
+            .collect(),
     }
 }

@@ -271,7 +271,8 @@ mod tests {
     #[test]
     fn a_schema_has_all_its_parts_once() {
         let text = schema("matpoint_msgs/ComponentState");
-        for part in ["std_msgs/Header", "builtin_interfaces/Time", "geometry_msgs/Point", "matpoint_msgs/Probe", "matpoint_msgs/LoadState"] {
+        for part in ["std_msgs/Header", "builtin_interfaces/Time", "geometry_msgs/Point", "matpoint_msgs/Probe", "matpoint_msgs/LoadState"]
+        {
             assert_eq!(text.matches(&format!("MSG: {part}\n")).count(), 1, "{part}");
         }
     }

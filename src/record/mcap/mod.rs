@@ -168,8 +168,7 @@ impl Open {
         cdr_encoding::to_writer::<_, byteorder::LittleEndian, _>(&mut self.buffer, message)
             .map_err(|error| ::mcap::McapError::Io(std::io::Error::other(error.to_string())))?;
         self.sequence[topic] += 1;
-        let header =
-            MessageHeader { channel_id: self.channels[topic], sequence: self.sequence[topic], log_time: time, publish_time: time };
+        let header = MessageHeader { channel_id: self.channels[topic], sequence: self.sequence[topic], log_time: time, publish_time: time };
         self.out.write_to_known_channel(&header, &self.buffer)
     }
 
@@ -310,6 +309,7 @@ fn diagnostics(about: &About, row: &Row) -> DiagnosticArray {
         key: if series.unit.is_empty() { series.variable.clone() } else { format!("{} [{}]", series.variable, series.unit) },
         value: values.iter().map(|v| format!("{v:?}")).collect::<Vec<_>>().join(" "),
     });
-    let status = DiagnosticStatus { name: "matpoint: history".into(), message: "recording".into(), values: values.collect(), ..Default::default() };
+    let status =
+        DiagnosticStatus { name: "matpoint: history".into(), message: "recording".into(), values: values.collect(), ..Default::default() };
     DiagnosticArray { header: header(nanos(row.time)), status: vec![status] }
 }

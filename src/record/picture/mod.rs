@@ -10,14 +10,14 @@ mod solid;
 
 pub use sheet::{picture_of, sheet};
 
-use super::particles::{all_von_mises, spacing};
+use super::lattice::Lattice;
 use super::options::free;
+use super::particles::{all_von_mises, spacing};
 use super::{RecordError, Sink};
 use crate::Simulation;
 use crate::component::ComponentError;
 use crate::draft::Draft;
 use crate::scene::Scene;
-use super::lattice::Lattice;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 

@@ -30,15 +30,18 @@ pub fn sheet(sim: &mut Simulation, times: &[f64]) -> Result<String, RunError> {
 /// # Errors
 /// A recording that cannot be read or has no frames.
 pub fn picture_of(path: &Path, count: usize) -> Result<String, RecordError> {
-    let times: Vec<f64> = Recording::open(path)?.filter_map(|item| match item {
-        Ok(Item::Frame(frame)) => Some(frame.time),
-        _ => None,
-    }).collect();
+    let times: Vec<f64> = Recording::open(path)?
+        .filter_map(|item| match item {
+            Ok(Item::Frame(frame)) => Some(frame.time),
+            _ => None,
+        })
+        .collect();
     if times.is_empty() {
         return Err(RecordError::content(path, "has no frames"));
     }
     let count = count.clamp(1, times.len());
-    let chosen: Vec<usize> = (0..count).map(|i| (i + usize::from(count == 1)) * (times.len() - 1) / count.saturating_sub(1).max(1)).collect();
+    let chosen: Vec<usize> =
+        (0..count).map(|i| (i + usize::from(count == 1)) * (times.len() - 1) / count.saturating_sub(1).max(1)).collect();
     let recording = Recording::open(path)?;
     let about = recording.about().clone();
     let lattice = Arc::new(Lattice::new(&about));

@@ -137,7 +137,10 @@ pub(super) fn arrow_unit(entity: &str) -> &'static str {
 /// For each load that has a place: the particles next to it.
 pub(super) fn loaded(about: &About) -> Vec<(String, Vec<usize>)> {
     let place = |load: &Load| match load {
-        Load::Traction(t) => Some((face(about, &t.body, &t.face)?, t.face.split_at_checked(1).and_then(|(a, _)| ["x", "y", "z"].iter().position(|&x| x == a)))),
+        Load::Traction(t) => Some((
+            face(about, &t.body, &t.face)?,
+            t.face.split_at_checked(1).and_then(|(a, _)| ["x", "y", "z"].iter().position(|&x| x == a)),
+        )),
         Load::PointForce(f) => Some((std::array::from_fn(|a| f.at.get(a).copied().unwrap_or(0.0)), None)),
         _ => None,
     };

@@ -23,7 +23,10 @@ type Outcome = Result<(), RecordingStreamError>;
 
 /// A recording with the layout of the viewer.
 pub(super) fn builder(about: &About) -> RecordingStreamBuilder {
-    RecordingStreamBuilder::new("matpoint").recording_name(about.scene.title.as_str()).send_properties(false).with_blueprint(layout::blueprint(about))
+    RecordingStreamBuilder::new("matpoint")
+        .recording_name(about.scene.title.as_str())
+        .send_properties(false)
+        .with_blueprint(layout::blueprint(about))
 }
 
 /// Logs items to a stream.
@@ -108,7 +111,8 @@ impl Logger {
         self.fixed(INFO, &info.with_component_from_data("method", text(&method)))?;
 
         // As wide as the volume of the particle: neighbours just touch.
-        let radius = |b: &u32| about.spacing.get(*b as usize).map_or(0.0, |s| 0.5 * s.iter().product::<f64>().powf(1.0 / s.len() as f64) as f32);
+        let radius =
+            |b: &u32| about.spacing.get(*b as usize).map_or(0.0, |s| 0.5 * s.iter().product::<f64>().powf(1.0 / s.len() as f64) as f32);
         let radii = about.body.iter().map(radius);
         if dimension == 3 {
             self.fixed(PARTICLES, &Points3D::update_fields().with_radii(radii))?;
@@ -181,14 +185,20 @@ impl Logger {
             self.stream.log(PARTICLES, &[&points as &dyn AsComponents, &extra])?;
             let lines = self.lattice.outline(position);
             let strips = lines.iter().map(|line| line.map(|p| p.map(|v| v as f32)));
-            self.stream.log("world/outline", &LineStrips3D::new(strips).with_colors([layout::INK]).with_radii([::rerun::Radius::new_ui_points(1.5)]))?;
+            self.stream.log(
+                "world/outline",
+                &LineStrips3D::new(strips).with_colors([layout::INK]).with_radii([::rerun::Radius::new_ui_points(1.5)]),
+            )?;
         } else {
             let mut points = Points2D::new(spread::<2>(position, about.dimension()));
             points = if let Some(colors) = colors { points.with_colors(colors) } else { points };
             self.stream.log(PARTICLES, &[&points as &dyn AsComponents, &extra])?;
             let lines = self.lattice.outline(position);
             let strips = lines.iter().map(|line| line.map(|p| [p[0] as f32, p[1] as f32]));
-            self.stream.log("world/outline", &LineStrips2D::new(strips).with_colors([layout::INK]).with_radii([::rerun::Radius::new_ui_points(1.5)]))?;
+            self.stream.log(
+                "world/outline",
+                &LineStrips2D::new(strips).with_colors([layout::INK]).with_radii([::rerun::Radius::new_ui_points(1.5)]),
+            )?;
         }
         if self.colored { self.legend() } else { Ok(()) }
     }
@@ -224,10 +234,14 @@ impl Logger {
     fn probe(&self, name: &str, position: &[f64]) -> Outcome {
         let (entity, radius) = (format!("world/probe/{name}"), [::rerun::Radius::new_ui_points(5.0)]);
         if self.about.dimension() == 3 {
-            self.stream.log(entity, &Points3D::new(spread::<3>(position, 3)).with_radii(radius).with_labels([name]).with_colors([layout::MARK]))
+            self.stream
+                .log(entity, &Points3D::new(spread::<3>(position, 3)).with_radii(radius).with_labels([name]).with_colors([layout::MARK]))
         } else {
             let dimension = self.about.dimension();
-            self.stream.log(entity, &Points2D::new(spread::<2>(position, dimension)).with_radii(radius).with_labels([name]).with_colors([layout::MARK]))
+            self.stream.log(
+                entity,
+                &Points2D::new(spread::<2>(position, dimension)).with_radii(radius).with_labels([name]).with_colors([layout::MARK]),
+            )
         }
     }
 
@@ -238,7 +252,8 @@ impl Logger {
         let size = self.about.scene.grid.size.iter().copied().fold(0.0, f64::max);
         let scale = if self.longest > 0.0 { size / 6.0 / self.longest } else { 0.0 };
         let vector: [f32; 3] = std::array::from_fn(|a| value.get(a).map_or(0.0, |v| (scale * v) as f32));
-        let (radius, label) = ([::rerun::Radius::new_ui_points(2.0)], format!("{name} {}", crate::text::si(length, layout::arrow_unit(entity))));
+        let (radius, label) =
+            ([::rerun::Radius::new_ui_points(2.0)], format!("{name} {}", crate::text::si(length, layout::arrow_unit(entity))));
         if self.about.dimension() == 3 {
             let arrows = Arrows3D::from_vectors([vector]).with_origins([place.map(|v| v as f32)]);
             self.stream.log(entity, &arrows.with_radii(radius).with_labels([label]).with_colors([layout::MARK]))

@@ -44,8 +44,8 @@ fn is_whole(path: &Path) -> std::io::Result<bool> {
     }
     file.seek(SeekFrom::End(-(tail.len() as i64)))?;
     file.read_exact(&mut tail)?;
-    // The footer ends in the mark of the format, its version, and its number of entries.
-    Ok(tail.windows(4).any(|four| four == b"FOOT"))
+    // Its own mark stands behind that of the format.
+    Ok(tail[4..8] == StreamFooter::RRD_IDENTIFIER)
 }
 
 /// One cell of a chunk as plain numbers.
@@ -180,7 +180,9 @@ fn others(path: &Path, about: &About) -> Result<VecDeque<Item>, RecordError> {
         let entity = entity.trim_start_matches('/');
         for (row, (time, step)) in stamps(&chunk).into_iter().enumerate() {
             if entity == EVENTS {
-                let get = |name: &str| lists(&chunk, name).map(|l| l.value(row)).and_then(|c| c.as_string_opt::<i32>().map(|s| s.value(0).to_owned()));
+                let get = |name: &str| {
+                    lists(&chunk, name).map(|l| l.value(row)).and_then(|c| c.as_string_opt::<i32>().map(|s| s.value(0).to_owned()))
+                };
                 let text = get(TextLog::descriptor_text().component.as_str()).unwrap_or_default();
                 let level = match get(TextLog::descriptor_level().component.as_str()).as_deref() {
                     Some("ERROR") => Level::Error,
@@ -191,9 +193,11 @@ fn others(path: &Path, about: &About) -> Result<VecDeque<Item>, RecordError> {
             } else if entity == SNAPSHOT {
                 let bytes = cell(&chunk, "bytes", row).unwrap_or_default().iter().map(|&b| b as u8).collect();
                 rest.push(Item::Snapshot(Snapshot { time, step, bytes }));
-            } else if let Some(place) = names.iter().position(|(name, _)| *name == entity).or_else(|| {
-                about.inputs.iter().position(|v| v.name == entity).map(|i| names.len() + i)
-            }) {
+            } else if let Some(place) = names
+                .iter()
+                .position(|(name, _)| *name == entity)
+                .or_else(|| about.inputs.iter().position(|v| v.name == entity).map(|i| names.len() + i))
+            {
                 let Some(found) = cell(&chunk, Scalars::descriptor_scalars().component.as_str(), row) else { continue };
                 let values = match names.get(place) {
                     Some((_, components)) => {
@@ -213,9 +217,10 @@ fn others(path: &Path, about: &About) -> Result<VecDeque<Item>, RecordError> {
             }
         }
     }
-    let rows = rows.into_iter().enumerate().map(|(count, ((nanos, step), values))| {
-        Item::Row(Row { time: nanos as f64 / 1e9, step, count: count as u64, values })
-    });
+    let rows = rows
+        .into_iter()
+        .enumerate()
+        .map(|(count, ((nanos, step), values))| Item::Row(Row { time: nanos as f64 / 1e9, step, count: count as u64, values }));
     let mut all: Vec<Item> = rows.chain(rest).collect();
     let time = |item: &Item| match item {
         Item::Frame(frame) => frame.time,
