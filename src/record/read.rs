@@ -34,7 +34,10 @@ impl Recording {
             #[cfg(feature = "rerun")]
             Some("rrd") => Box::new(super::rerun::RrdReader::open(path)?),
             _ => {
-                return Err(RecordError::content(path, "cannot be read back: .mcap and .rrd can (where this matpoint was built with them)"));
+                return Err(RecordError::content(
+                    path,
+                    "cannot be read back: .mcap and .rrd can (where this matpoint was built with them)",
+                ));
             }
         };
         Ok(Self { path: path.to_path_buf(), reader })

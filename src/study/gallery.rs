@@ -23,10 +23,10 @@ macro_rules! entry {
 const ENTRIES: [Entry; 6] = [
     entry!("cantilever", [0.0, 1.2, 2.4, 4.4]),
     entry!("box_on_beam", [0.0, 0.6, 1.2, 2.4]),
-    entry!("disks", [0.0, 1.2, 1.7, 3.0]),
+    entry!("disks", [0.0, 1.1, 1.35, 3.0]),
     entry!("bar_1d_vibration", [0.0, 0.6, 1.25, 3.75]),
     entry!("twist_3d", [0.0, 0.04, 0.08, 0.16]),
-    entry!("follower_beam", [0.0, 0.8, 1.4, 2.2]),
+    entry!("follower_beam", [0.0, 1.4, 2.0, 2.5]),
 ];
 
 /// A gallery that could not be made.

@@ -318,6 +318,7 @@ impl Shade {
         let title = match (found.name.as_str(), found.width, about.dimension()) {
             ("stress", 9, 1) => "stress xx".into(),
             (_, 9, _) => format!("von Mises {words}"),
+            ("von_mises", ..) => "von Mises stress".into(),
             (_, 1, _) => words,
             _ => format!("magnitude of {words}"),
         };
