@@ -49,6 +49,7 @@ pub(crate) struct Background {
 
 struct Running {
     about: Arc<About>,
+    body: Arc<Vec<f64>>,
     queue: SyncSender<Item>,
     /// A place for each frame under way.
     places: SyncSender<()>,
@@ -129,6 +130,7 @@ impl Sink for Background {
             .spawn(move || work(&mut *writer, &theirs, &items, &freed))
             .map_err(|source| RecordError::Spawn { source })?;
         self.running = Some(Running {
+            body: sim.share("particle/body")?,
             about,
             queue,
             places,
@@ -148,7 +150,7 @@ impl Sink for Background {
     fn frame(&mut self, sim: &mut Simulation, _: u64) -> Result<(), RecordError> {
         let Some(running) = &mut self.running else { return Ok(()) };
         let due = running.snapshots.as_mut().is_some_and(|ticks| ticks.passed(sim.time()));
-        let frame = read_frame(sim, &running.about.columns)?;
+        let frame = read_frame(sim, &running.about.columns, &running.body)?;
         self.put(Item::Frame(frame))?;
         if due { self.save(sim) } else { Ok(()) }
     }

@@ -163,9 +163,10 @@ impl Frame {
 }
 
 /// A frame whose values are those of the sources of its columns, shared with the simulation: no number is copied or computed that the
-/// simulation did not have to compute anyway. The rest is [`Frame::derive`], on another thread.
-pub(super) fn read_frame(sim: &mut Simulation, columns: &[Column]) -> Result<Frame, ComponentError> {
-    let values = columns.iter().map(|column| sim.share(&column.source())).collect::<Result<_, _>>()?;
+/// simulation did not have to compute anyway. The `body` of each particle does not change. The rest is [`Frame::derive`], on another thread.
+pub(super) fn read_frame(sim: &mut Simulation, columns: &[Column], body: &Arc<Vec<f64>>) -> Result<Frame, ComponentError> {
+    let values = columns.iter().map(|column| if column.name == "body" { Ok(body.clone()) } else { sim.share(&column.source()) });
+    let values = values.collect::<Result<_, _>>()?;
     Ok(Frame { time: sim.time(), step: sim.steps(), values })
 }
 

@@ -42,7 +42,7 @@ fn main() {
         for (k, format) in formats.iter().enumerate() {
             sim.restore(&state).unwrap();
             sim.step(0.01).unwrap();
-            let path = format.map(|ending| folder.path().join(format!("run.{ending}")));
+            let path = format.map(|ending| folder.path().join(ending).with_added_extension(ending));
             let sinks = path.iter().map(|path| sink_for(path, &Options { force: true, ..Options::default() }).unwrap()).collect();
             let mut recorder = Recorder::begin(&mut sim, sinks, Some(0.01), Some(0.01)).unwrap();
             let begun = Instant::now();
@@ -54,6 +54,7 @@ fn main() {
             let ended = Instant::now();
             recorder.finish(&mut sim).unwrap();
             finishes[k] = ended.elapsed().as_secs_f64();
+            // ParaView's frames are in a folder beside the list.
             bytes[k] = path.map_or(0, |path| size(&path) + size(&path.with_extension("")));
         }
     }
