@@ -5,7 +5,7 @@ use super::super::read::{Reader, rebuild};
 use super::super::{Options, Precision, RecordError};
 use super::encoder;
 use super::logger::{EVENTS, INFO, PARTICLES, SNAPSHOT, Shade};
-use ::re_log_encoding::{DecoderApp, StreamFooter};
+use ::re_log_encoding::{DecoderApp, RRD_FOURCC, StreamFooter};
 use ::rerun::external::arrow::array::{Array, ArrayRef, AsArray, ListArray};
 use ::rerun::external::arrow::datatypes::{Float32Type, Float64Type, UInt8Type};
 use ::rerun::log::{Chunk, LogMsg, RowId};
@@ -20,7 +20,7 @@ use std::sync::Arc;
 fn messages(path: &Path) -> Result<impl Iterator<Item = LogMsg> + use<>, RecordError> {
     let mut file = File::open(path).map_err(RecordError::read(path))?;
     let mut head = [0; 4];
-    if file.read_exact(&mut head).is_err() || head != *b"RRF2" {
+    if file.read_exact(&mut head).is_err() || head != RRD_FOURCC {
         return Err(RecordError::content(path, "is no RRD file of this version of Rerun"));
     }
     file.rewind().map_err(RecordError::read(path))?;
@@ -38,14 +38,14 @@ fn chunks(path: &Path) -> Result<impl Iterator<Item = Chunk> + use<>, RecordErro
 
 fn is_whole(path: &Path) -> std::io::Result<bool> {
     let mut file = File::open(path)?;
-    let mut tail = vec![0; StreamFooter::ENCODED_SIZE_BYTES];
+    // A whole file ends in the mark of the format, that of its footer, and the number of entries.
+    let mut tail = [0; 12];
     if file.seek(SeekFrom::End(0))? < tail.len() as u64 {
         return Ok(false);
     }
     file.seek(SeekFrom::End(-(tail.len() as i64)))?;
     file.read_exact(&mut tail)?;
-    // Its own mark stands behind that of the format.
-    Ok(tail[4..8] == StreamFooter::RRD_IDENTIFIER)
+    Ok(tail[..4] == RRD_FOURCC && tail[4..8] == StreamFooter::RRD_IDENTIFIER)
 }
 
 /// One cell of a chunk as plain numbers.
