@@ -44,6 +44,7 @@
 //! | `msgs` | the ROS 2 messages that MCAP recordings carry |
 //! | [`study`] | STUDIES: many runs beside the numbers and figures of the papers |
 //! | `bindings/python` | an adapter: `import matpoint`, built by maturin; its tests are in `tests/python` |
+//! | `bindings/ros2` | an adapter: the ROS 2 node, pure Rust on DDS; its messages are in `msgs`, its tests in `tests/ros2` |
 //! | `svg`, `color`, `draft`, [`text`] | what pictures and reports are made with |
 //!
 //! # Invariants

@@ -9,6 +9,8 @@ import subprocess
 import sys
 import textwrap
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -118,16 +120,29 @@ def test_a_recording_that_nobody_closed_is_whole(tmp_path: Path) -> None:
     assert len((tmp_path / "tables" / "history.csv").read_text().splitlines()) == 22
 
 
-def child(program: str, **keys: object) -> subprocess.Popen[str]:
-    here = str(Path(__file__).parent)
-    text = f"import sys; sys.path.insert(0, {here!r})\nfrom conftest import beam, block\n" + textwrap.dedent(program)
-    return subprocess.Popen([sys.executable, "-c", text], text=True, **keys)  # type: ignore[call-overload,no-any-return]
+@contextmanager
+def child(program: str, **keys: object) -> Iterator[subprocess.Popen[str]]:
+    """Runs a program that has `beam`; it does not outlive the test."""
+    head = f"""
+        import signal, sys
+        sys.path.insert(0, {str(Path(__file__).parent)!r})
+        from conftest import beam
+        # whoever runs the tests in the background may have had Ctrl-C ignored
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    """
+    text = textwrap.dedent(head) + textwrap.dedent(program)
+    process: subprocess.Popen[str]
+    process = subprocess.Popen([sys.executable, "-c", text], text=True, **keys)  # type: ignore[call-overload]
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
 
 
 @pytest.mark.parametrize("call", ["sim.run(1e6)", "sim.step(1e6)", "sim.run(1e6, callback=lambda sim: None)"])
 def test_ctrl_c_stops_within_a_second_and_leaves_all_valid(call: str, tmp_path: Path) -> None:
-    process = child(
-        f"""
+    program = f"""
         import time
         sim = beam().build()
         sim.step(0.1)
@@ -144,16 +159,15 @@ def test_ctrl_c_stops_within_a_second_and_leaves_all_valid(call: str, tmp_path: 
         other.restore(sim.save())
         assert other["energy/total"] == sim["energy/total"]
         print(caught, before)
-        """,
-        stdout=subprocess.PIPE,
-    )
-    assert process.stdout is not None
-    assert process.stdout.readline() == "started\n"
-    time.sleep(0.5)
-    sent = time.time()
-    process.send_signal(signal.SIGINT)
-    caught, stopped = map(float, process.communicate(timeout=30)[0].split())
-    assert process.returncode == 0
+        """
+    with child(program, stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "started\n"
+        time.sleep(0.5)
+        sent = time.time()
+        process.send_signal(signal.SIGINT)
+        caught, stopped = map(float, process.communicate(timeout=30)[0].split())
+        assert process.returncode == 0
     # issue's figure; measured 0.05 to 0.1 s
     assert caught - sent < 1.0
     table = np.genfromtxt(tmp_path / "tables" / "history.csv", delimiter=",", names=True)
@@ -164,9 +178,7 @@ def test_ctrl_c_stops_within_a_second_and_leaves_all_valid(call: str, tmp_path: 
 
 
 def test_a_signal_handler_that_uses_the_simulation_is_told_so() -> None:
-    process = child(
-        """
-        import signal
+    program = """
         sim = beam().build()
         def handler(*_):
             sim.step(0.1)
@@ -178,33 +190,28 @@ def test_a_signal_handler_that_uses_the_simulation_is_told_so() -> None:
             print(type(error).__name__, error)
         sim.step(0.1)
         print(sim.time)
-        """,
-        stdout=subprocess.PIPE,
-    )
-    assert process.stdout is not None
-    assert process.stdout.readline() == "started\n"
-    time.sleep(0.3)
-    process.send_signal(signal.SIGINT)
-    said, _ = process.communicate(timeout=30)
+        """
+    with child(program, stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "started\n"
+        time.sleep(0.3)
+        process.send_signal(signal.SIGINT)
+        said, _ = process.communicate(timeout=30)
     assert said == "MatpointError the simulation is stepping in this very thread: a signal handler cannot use it\n0.1\n"
 
 
 def test_progress_is_drawn_on_a_terminal_only() -> None:
     program = "beam().build().run(60.0)"
-    hidden = child(program, stderr=subprocess.PIPE)
-    assert hidden.communicate(timeout=60)[1] == ""
+    with child(program, stderr=subprocess.PIPE) as hidden:
+        assert hidden.communicate(timeout=60)[1] == ""
     leader, follower = pty.openpty()
-    seen = child(program, stderr=follower)
-    os.close(follower)
     text = b""
-    while True:
-        try:
-            text += os.read(leader, 4096)
-        except OSError:
-            break
-        if not text and seen.poll() is not None:
-            break
-    seen.wait(timeout=60)
+    with child(program, stderr=follower):
+        os.close(follower)
+        # the end of the program is an error on this side
+        with suppress(OSError):
+            while part := os.read(leader, 4096):
+                text += part
     os.close(leader)
     assert "million particle-steps/s" in text.decode() and "█" in text.decode()
     assert text.endswith(b"\r")

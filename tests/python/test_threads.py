@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import sys
 import threading
 import time
 
@@ -96,7 +95,6 @@ def big_step(sim: Simulation) -> bytes:
     return sim.save()
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="no fork there")
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
 def test_a_forked_process_steps_on() -> None:
     sim = block(12).build()
