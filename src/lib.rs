@@ -41,7 +41,7 @@
 //! | `step` | ONE STEP: one file a stage, named in running order; the stable step; measures |
 //! | [`component`] | FROM OUTSIDE: [`Simulation`], the variable list, snapshots: all that an adapter may see |
 //! | [`record`] | DATA OUT: Rerun, MCAP, ParaView, CSV, pictures; recordings read back, compared, repaired |
-//! | `msgs` | the ROS 2 messages that MCAP recordings carry |
+//! | [`messages`], `msgs` | the ROS 2 messages: what `.mcap` recordings hold and the node publishes, defined once |
 //! | [`study`] | STUDIES: many runs beside the numbers and figures of the papers |
 //! | `bindings/python` | an adapter: `import matpoint`, built by maturin; its tests are in `tests/python` |
 //! | `bindings/ros2` | an adapter: the ROS 2 node, pure Rust on DDS; its messages are in `msgs`, its tests in `tests/ros2` |
@@ -89,6 +89,8 @@ pub mod component;
 mod draft;
 mod grid;
 mod material;
+#[cfg(feature = "mcap")]
+pub mod messages;
 mod model;
 mod quadrature;
 pub mod record;

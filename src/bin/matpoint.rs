@@ -92,7 +92,7 @@ const RUN_EXAMPLES: &str = "Examples:
   matpoint run beam.toml --set material.rubber.young=2e6 --set grid.cell=0.1
   matpoint run beam.toml --until 0.5 --threads 4
 
-How often is recorded stands in the scene: record.every (frames), record.history (rows).";
+How often is recorded stands in the scene: record.every [s] or record.every_steps (frames), record.history [s] (rows).";
 
 #[derive(Args)]
 struct SceneArgs {
@@ -130,6 +130,9 @@ struct RunArgs {
     /// What to record of each particle beside its position, such as velocity,stress,von_mises.
     #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
     variables: Option<Vec<String>>,
+    /// Show the cells of the background grid that hold particles, in .rrd recordings.
+    #[arg(long)]
+    cells: bool,
     /// How numbers of particles are recorded: f32 or f64.
     #[arg(long, value_name = "f32|f64", default_value = "f32")]
     precision: Precision,

@@ -61,6 +61,8 @@ fn file_sinks(args: &RunArgs) -> Result<Vec<Box<dyn Sink>>, Failure> {
         snapshots: args.snapshots,
         when_full: args.when_full,
         keep_going: args.keep_going,
+        cells: args.cells,
+        ..Options::default()
     };
     if let Some(path) = args.picture.as_ref().filter(|path| !["svg", "png"].iter().any(|e| path.extension().is_some_and(|x| x == *e))) {
         return Err(Failure::Ending { option: "picture", path: path.clone(), ending: "svg" });

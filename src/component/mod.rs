@@ -132,6 +132,14 @@ impl Simulation {
         self.stable_step * self.state.pace
     }
 
+    /// The substep that a step of many would begin with \[s\].
+    pub fn usual_step(&self) -> f64 {
+        match self.model.pace {
+            Pace::Fixed(step) => step,
+            Pace::Cfl(share) => share * self.max_step(),
+        }
+    }
+
     /// Moves time by `dt` \[s\], in as many substeps as are needed, and lands exactly on the new time.
     ///
     /// # Errors

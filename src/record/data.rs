@@ -2,7 +2,7 @@
 
 use super::columns::{self, Series};
 use super::particles::{pressure, spacing, von_mises};
-use super::{Options, Precision, RecordError};
+use super::{Options, Precision, RecordError, RosNames};
 use crate::Simulation;
 use crate::component::{ComponentError, Description, Variable};
 use crate::scene::{Scene, nearest};
@@ -23,6 +23,10 @@ pub struct About {
     pub columns: Vec<Column>,
     /// How floating-point numbers of particles are stored.
     pub precision: Precision,
+    /// Whether the cells of the grid that hold particles are shown.
+    pub cells: bool,
+    /// How an `.mcap` recording calls its topics.
+    pub ros: RosNames,
     /// Energies, momenta, probes, reactions, errors and the pace, in the order of the values of a row.
     pub(crate) series: Vec<Series>,
     /// Inputs, in the order in which they follow the series in a row.
@@ -52,6 +56,8 @@ impl About {
             version: env!("CARGO_PKG_VERSION").into(),
             commit: option_env!("MATPOINT_COMMIT").unwrap_or_default().into(),
             precision: options.precision,
+            cells: options.cells,
+            ros: options.ros.clone(),
             series: columns::series(&description).into_iter().chain(pace()).collect(),
             inputs: description.variables.iter().filter(|v| v.name.starts_with("load/")).cloned().collect(),
             columns,

@@ -14,7 +14,7 @@ pub enum RecordError {
         path: PathBuf,
     },
     /// Something is there already.
-    #[error("`{}` exists; --force (force = true) writes over it", path.display())]
+    #[error("`{}` exists; what writes over it is --force (in code `force`, of the ROS node `record.force`)", path.display())]
     Exists {
         /// What is there.
         path: PathBuf,

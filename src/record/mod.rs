@@ -30,7 +30,7 @@ pub use csv::CsvSink;
 pub use data::{About, Column, Event, Frame, Item, Level, Row, Snapshot};
 pub use energy::EnergyWatch;
 pub use error::RecordError;
-pub use options::{Options, Precision, WhenFull};
+pub use options::{Options, Precision, RosNames, WhenFull};
 pub(crate) use picture::encode;
 pub use picture::{PictureSink, picture_of, sheet};
 pub use read::{Recording, Repair, repair};

@@ -18,8 +18,27 @@ pub struct Options {
     pub snapshots: Option<f64>,
     /// What happens while the recording cannot keep up; files wait and live views drop if left out.
     pub when_full: Option<WhenFull>,
+    /// Whether the cells of the background grid that hold particles are recorded, for Rerun.
+    pub cells: bool,
+    /// Names that an `.mcap` recording uses.
+    pub ros: RosNames,
     /// A recording that fails does not stop the simulation; the error is told at the end.
     pub keep_going: bool,
+}
+
+/// Names that an `.mcap` recording uses: those of the ROS 2 node that would publish the same.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RosNames {
+    /// Full name of the node, before that of its topics.
+    pub node: String,
+    /// Frame of all positions and vectors.
+    pub frame: String,
+}
+
+impl Default for RosNames {
+    fn default() -> Self {
+        Self { node: "/matpoint".into(), frame: "map".into() }
+    }
 }
 
 /// How floating-point numbers of particles are stored.

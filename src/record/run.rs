@@ -60,7 +60,7 @@ pub enum RunError {
 }
 
 /// Steps `sim` from where it is to the time `until` \[s\] and offers frames and rows to `sinks` on the way, at the whole multiples
-/// of `record.every` and `record.history` of its scene, at the start and at the end. `progress` is called at the start and after every
+/// of `record.every` (or `every_steps`) and `record.history` of its scene, at the start and at the end. `progress` is called at the start and after every
 /// stop.
 ///
 /// # Errors
@@ -95,7 +95,7 @@ fn step_and_record(
             return Ok(());
         }
         // From where the simulation is, not from the last stop: round-off does not add up.
-        let report = sim.step(recorder.next(until) - sim.time())?;
+        let report = sim.step(recorder.next(sim, until) - sim.time())?;
         summary.add(&report);
         recorder.offer(sim).map_err(RunError::Record)?;
     }

@@ -217,7 +217,8 @@ impl Simulation {
                 break;
             }
             let stop = this.attempt(py, |inner| {
-                let next = inner.recorders.iter().fold(stops.next(until), |next, (_, recorder)| next.min(recorder.next(until)));
+                let sim = &inner.sim;
+                let next = inner.recorders.iter().fold(stops.next(sim, until), |next, (_, recorder)| next.min(recorder.next(sim, until)));
                 let report = inner.step(next - inner.sim.time())?;
                 stops.offer(&mut inner.sim)?;
                 Ok(report)
@@ -322,8 +323,9 @@ impl Simulation {
     /// state, none for a folder of CSV tables. What is there already is not written over unless `force`. Particles are recorded every `every`
     /// seconds of simulated time, energies and probes every `history` seconds; as the scene says if None. A step that leaps over several
     /// such times is recorded once; `run` stops at each. `variables` names what is recorded of particles beside the position, such as
-    /// `["velocity", "stress"]`, in 64 bits if `double`; `snapshots` is the simulated time between states from which a run can go on.
-    #[pyo3(signature = (path, every = None, history = None, *, force = false, variables = None, double = false, snapshots = None))]
+    /// `["velocity", "stress"]`, in 64 bits if `double`; `snapshots` is the simulated time between states from which a run can go on;
+    /// `cells` shows the cells of the background grid that hold particles, in Rerun.
+    #[pyo3(signature = (path, every = None, history = None, *, force = false, variables = None, double = false, snapshots = None, cells = false))]
     #[expect(clippy::too_many_arguments, reason = "keywords")]
     fn record(
         slf: &Bound<'_, Self>,
@@ -334,9 +336,10 @@ impl Simulation {
         variables: Option<Vec<String>>,
         double: bool,
         snapshots: Option<f64>,
+        cells: bool,
     ) -> PyResult<Recording> {
         let precision = if double { Precision::Double } else { Precision::Single };
-        let options = Options { force, variables, precision, snapshots, ..Options::default() };
+        let options = Options { force, variables, precision, snapshots, cells, ..Options::default() };
         let id = slf.get().attempt(slf.py(), |inner| {
             let recorder = Recorder::begin(&mut inner.sim, vec![sink_for(&path, &options)?], every, history)?;
             inner.opened += 1;

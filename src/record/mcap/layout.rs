@@ -2,7 +2,7 @@
 
 use super::super::Precision;
 use super::super::data::{About, Column, Frame};
-use super::messages::{Header, PointCloud2, PointField};
+use crate::messages::{Bytes, Header, PointCloud2, PointField};
 use std::sync::Arc;
 
 const UINT32: u8 = 6;
@@ -72,14 +72,14 @@ impl Layout {
             is_bigendian: false,
             point_step: self.step as u32,
             row_step: data.len() as u32,
-            data,
+            data: Bytes(Arc::new(data)),
             is_dense: true,
         }
     }
 
     /// The frame of a cloud; `None` if the cloud is laid out differently.
     pub(super) fn frame(&self, cloud: &PointCloud2, time: f64, step: u64) -> Option<Frame> {
-        if cloud.fields != self.fields || cloud.data.len() != cloud.width as usize * self.step {
+        if cloud.fields != self.fields || cloud.data.0.len() != cloud.width as usize * self.step {
             return None;
         }
         let points = cloud.width as usize;
@@ -89,7 +89,7 @@ impl Layout {
             if component >= width {
                 continue;
             }
-            for (point, value) in cloud.data.chunks_exact(self.step).zip(values[column].iter_mut().skip(component).step_by(width)) {
+            for (point, value) in cloud.data.0.chunks_exact(self.step).zip(values[column].iter_mut().skip(component).step_by(width)) {
                 *value = match (datatype, &point[offset..]) {
                     (FLOAT32, &[a, b, c, d, ..]) => f64::from(f32::from_le_bytes([a, b, c, d])),
                     (FLOAT64, &[a, b, c, d, e, f, g, h, ..]) => f64::from_le_bytes([a, b, c, d, e, f, g, h]),

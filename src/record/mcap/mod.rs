@@ -2,7 +2,6 @@
 
 mod latch;
 mod layout;
-mod messages;
 mod read;
 
 pub(super) use read::{McapReader, repair};
@@ -10,22 +9,17 @@ pub(super) use read::{McapReader, repair};
 use super::background::Writer;
 use super::data::{About, Event, Frame, Item, Level, Row, Snapshot};
 use super::{RecordError, options};
-use crate::component::Causality;
+use crate::messages::*;
 use ::mcap::records::{MessageHeader, Metadata};
 use ::mcap::{Attachment, Compression, WriteOptions};
 use latch::{Failure, Latch};
 use layout::Layout;
-use messages::*;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Name of the node whose topics these would be.
-const NODE: &str = "/matpoint";
-/// Frame of all vectors, as the node has it unless told otherwise.
-const FRAME: &str = "map";
 /// Name of the metadata record.
 const METADATA: &str = "matpoint";
 /// Name of the attachment with the scene.
@@ -33,14 +27,14 @@ const SCENE: &str = "scene.toml";
 /// Media type of snapshots.
 const SNAPSHOT: &str = "application/x-matpoint-snapshot";
 
-/// Topics with their types.
-const TOPICS: [(&str, &str); 6] = [
-    ("/clock", "rosgraph_msgs/Clock"),
-    ("/matpoint/particles", "sensor_msgs/PointCloud2"),
-    ("/matpoint/state", "matpoint_msgs/ComponentState"),
-    ("/matpoint/scene", "matpoint_msgs/SceneDescription"),
-    ("/diagnostics", "diagnostic_msgs/DiagnosticArray"),
-    ("/rosout", "rcl_interfaces/Log"),
+/// Topics with their types; `~` stands for the name of the node.
+const TOPICS: [(Topic, &str, &str); 6] = [
+    (Topic::Clock, "/clock", "rosgraph_msgs/Clock"),
+    (Topic::Particles, "~/particles", "sensor_msgs/PointCloud2"),
+    (Topic::State, "~/state", "matpoint_msgs/ComponentState"),
+    (Topic::Scene, "~/scene", "matpoint_msgs/SceneDescription"),
+    (Topic::Diagnostics, "/diagnostics", "diagnostic_msgs/DiagnosticArray"),
+    (Topic::Log, "/rosout", "rcl_interfaces/Log"),
 ];
 
 #[derive(Clone, Copy)]
@@ -134,10 +128,15 @@ impl Open {
         let (file, failure) = Latch::new(file);
         let mut out = write_options().create(file)?;
         let mut channels = [0; 6];
-        for (channel, (topic, kind)) in channels.iter_mut().zip(TOPICS) {
+        for (channel, (_, topic, kind)) in channels.iter_mut().zip(TOPICS) {
             let name = kind.replace('/', "/msg/");
-            let schema = out.add_schema(&name, "ros2msg", messages::schema(kind).as_bytes())?;
-            *channel = out.add_channel(schema, topic, "cdr", &BTreeMap::from([("offered_qos_profiles".into(), String::new())]))?;
+            let schema = out.add_schema(&name, "ros2msg", crate::messages::schema(kind).as_bytes())?;
+            *channel = out.add_channel(
+                schema,
+                &topic.replace('~', &about.ros.node),
+                "cdr",
+                &BTreeMap::from([("offered_qos_profiles".into(), String::new())]),
+            )?;
         }
         let mut metadata = BTreeMap::from([
             ("title".to_owned(), about.scene.title.clone()),
@@ -145,6 +144,8 @@ impl Open {
             ("commit".to_owned(), about.commit.clone()),
             ("scene".to_owned(), about.scene.to_toml()),
             ("precision".to_owned(), if about.precision == super::Precision::Double { "f64" } else { "f32" }.to_owned()),
+            ("node".to_owned(), about.ros.node.clone()),
+            ("frame_id".to_owned(), about.ros.frame.clone()),
             ("columns".to_owned(), about.columns.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(",")),
         ]);
         metadata.extend(about.description.method.iter().map(|(what, choice)| (format!("method.{what}"), choice.clone())));
@@ -153,7 +154,7 @@ impl Open {
         out.attach(&Attachment { log_time: 0, create_time: 0, name: SCENE.into(), media_type: "application/toml".into(), data: scene })?;
         let layout = Layout::new(&about);
         let mut open = Self { about, out, failure, channels, sequence: [0; 6], layout, buffer: Vec::new() };
-        let scene = open.scene();
+        let scene = SceneDescription::new(&open.about.description, &open.about.version, &open.about.ros.frame);
         open.put(Topic::Scene, 0, &scene)?;
         // What is in the file at once: who it is of.
         open.out.flush()?;
@@ -172,41 +173,15 @@ impl Open {
         self.out.write_to_known_channel(&header, &self.buffer)
     }
 
-    fn scene(&self) -> SceneDescription {
-        let description = &self.about.description;
-        SceneDescription {
-            header: header(0),
-            title: description.title.clone(),
-            version: self.about.version.clone(),
-            dimension: description.dimension as u8,
-            particles: description.particles as u64,
-            bodies: description.bodies.iter().map(|b| b.0.clone()).collect(),
-            body_particles: description.bodies.iter().map(|b| b.1 as u64).collect(),
-            method: description.method.iter().map(|(what, choice)| format!("{what}: {choice}")).collect(),
-            stable_step: description.stable_step,
-            variables: description
-                .variables
-                .iter()
-                .map(|v| VariableDescription {
-                    name: v.name.clone(),
-                    causality: u8::from(v.causality == Causality::Output),
-                    unit: v.unit.into(),
-                    shape: v.shape.iter().map(|&n| n as u32).collect(),
-                    doc: v.doc.into(),
-                })
-                .collect(),
-        }
-    }
-
     fn frame(&mut self, frame: &Frame) -> ::mcap::McapResult<()> {
         let time = nanos(frame.time);
-        let cloud = self.layout.cloud(header(time), frame);
+        let cloud = self.layout.cloud(header(&self.about, time), frame);
         self.put(Topic::Particles, time, &cloud)
     }
 
     fn row(&mut self, row: &Row) -> ::mcap::McapResult<()> {
         let time = nanos(row.time);
-        self.put(Topic::Clock, time, &Clock { clock: Time::new(time) })?;
+        self.put(Topic::Clock, time, &Clock { clock: Time::from_nanos(time) })?;
         let (state, diagnostics) = (state(&self.about, row), diagnostics(&self.about, row));
         self.put(Topic::State, time, &state)?;
         self.put(Topic::Diagnostics, time, &diagnostics)
@@ -219,7 +194,13 @@ impl Open {
             Level::Warning => 30,
             Level::Error => 40,
         };
-        let log = Log { stamp: Time::new(time), level, name: NODE[1..].into(), msg: event.text.clone(), ..Default::default() };
+        let log = Log {
+            stamp: Time::from_nanos(time),
+            level,
+            name: self.about.ros.node.trim_start_matches('/').replace('/', "."),
+            msg: event.text.clone(),
+            ..Default::default()
+        };
         self.put(Topic::Log, time, &log)
     }
 
@@ -235,8 +216,8 @@ impl Open {
     }
 }
 
-fn header(time: u64) -> Header {
-    Header { stamp: Time::new(time), frame_id: FRAME.into() }
+fn header(about: &About, time: u64) -> Header {
+    Header { stamp: Time::from_nanos(time), frame_id: about.ros.frame.clone() }
 }
 
 /// What a state message says of a series; the other series go to the diagnostics.
@@ -268,14 +249,14 @@ fn said(variable: &str) -> Option<Said<'_>> {
 }
 
 fn state(about: &About, row: &Row) -> ComponentState {
-    let mut state = ComponentState { header: header(nanos(row.time)), steps: row.count, substeps: row.step, ..Default::default() };
+    let mut state = ComponentState { header: header(about, nanos(row.time)), steps: row.count, substeps: row.step, ..Default::default() };
     for (series, values) in about.series.iter().zip(&row.values) {
         match said(&series.variable) {
             Some(Said::Energy(0)) => state.kinetic_energy = values[0],
             Some(Said::Energy(1)) => state.strain_energy = values[0],
             Some(Said::Energy(2)) => state.external_work = values[0],
             Some(Said::Energy(_)) => state.total_energy = values[0],
-            Some(Said::Momentum) => state.momentum = Vector3::new(values),
+            Some(Said::Momentum) => state.momentum = Vector3::from_slice(values),
             Some(Said::RealTimeFactor) => state.real_time_factor = values[0],
             Some(Said::Probe(name, quantity)) => {
                 if state.probes.last().is_none_or(|p| p.name != name) {
@@ -283,14 +264,14 @@ fn state(about: &About, row: &Row) -> ComponentState {
                 }
                 if let Some(probe) = state.probes.last_mut() {
                     match quantity {
-                        0 => probe.position = Vector3::new(values),
-                        1 => probe.displacement = Vector3::new(values),
-                        2 => probe.velocity = Vector3::new(values),
+                        0 => probe.position = Point::from_slice(values),
+                        1 => probe.displacement = Vector3::from_slice(values),
+                        2 => probe.velocity = Vector3::from_slice(values),
                         _ => probe.stress.copy_from_slice(values),
                     }
                 }
             }
-            Some(Said::Reaction(name)) => state.reactions.push(Reaction { name: name.into(), force: Vector3::new(values) }),
+            Some(Said::Reaction(name)) => state.reactions.push(Reaction { name: name.into(), force: Vector3::from_slice(values) }),
             None => {}
         }
     }
@@ -311,5 +292,5 @@ fn diagnostics(about: &About, row: &Row) -> DiagnosticArray {
     });
     let status =
         DiagnosticStatus { name: "matpoint: history".into(), message: "recording".into(), values: values.collect(), ..Default::default() };
-    DiagnosticArray { header: header(nanos(row.time)), status: vec![status] }
+    DiagnosticArray { header: header(about, nanos(row.time)), status: vec![status] }
 }

@@ -2,11 +2,11 @@
 
 use super::super::data::{About, Event, Item, Level, Row, Snapshot};
 use super::super::read::{Reader, rebuild};
-use super::super::{Options, Precision, RecordError};
+use super::super::{Options, Precision, RecordError, RosNames};
 use super::latch::Latch;
 use super::layout::Layout;
-use super::messages::{ComponentState, DiagnosticArray, Log, PointCloud2};
 use super::{METADATA, SNAPSHOT, Said, TOPICS, Topic, said, write_options};
+use crate::messages::{ComponentState, DiagnosticArray, Log, PointCloud2};
 use ::mcap::records::Record;
 use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use ::mcap::{Channel, Message, Schema, parse_record};
@@ -95,6 +95,7 @@ impl McapReader {
         let text = |key: &str| metadata.get(key).cloned().unwrap_or_default();
         let options = Options {
             variables: Some(text("columns").split(',').map(str::to_owned).collect()),
+            ros: RosNames { node: text("node"), frame: text("frame_id") },
             precision: if text("precision") == "f64" { Precision::Double } else { Precision::Single },
             ..Options::default()
         };
@@ -141,10 +142,10 @@ impl McapReader {
     }
 }
 
-/// Takes note of a channel, if its topic is one of ours.
+/// Takes note of a channel, if its topic is one of ours, whatever the name of the node.
 fn note(topics: &mut HashMap<u16, Topic>, channel: u16, name: &str) {
-    const ALL: [Topic; 6] = [Topic::Clock, Topic::Particles, Topic::State, Topic::Scene, Topic::Diagnostics, Topic::Log];
-    topics.extend(TOPICS.iter().zip(ALL).filter(|((topic, _), _)| *topic == name).map(|(_, topic)| (channel, topic)));
+    let same = |topic: &str| topic.strip_prefix('~').map_or(topic == name, |end| name.ends_with(end));
+    topics.extend(TOPICS.iter().filter(|(_, topic, _)| same(topic)).map(|&(topic, ..)| (channel, topic)));
 }
 
 impl Iterator for McapReader {
@@ -183,22 +184,22 @@ impl Reader for McapReader {
 
 /// A row from what a state message says; the rest is not known yet.
 fn row(about: &About, state: &ComponentState, time: f64) -> Row {
-    let dimension = about.dimension();
+    let first = |vector: [f64; 3]| vector[..about.dimension()].to_vec();
     let mut values: Vec<Vec<f64>> = Vec::new();
     for series in &about.series {
         let probe = |name: &str| state.probes.iter().find(|p| p.name == name);
         values.push(match said(&series.variable) {
             Some(Said::Energy(i)) => vec![[state.kinetic_energy, state.strain_energy, state.external_work, state.total_energy][i]],
-            Some(Said::Momentum) => state.momentum.list(dimension),
+            Some(Said::Momentum) => first(state.momentum.array()),
             Some(Said::RealTimeFactor) => vec![state.real_time_factor],
             Some(Said::Probe(name, quantity)) => probe(name).map_or(Vec::new(), |probe| match quantity {
-                0 => probe.position.list(dimension),
-                1 => probe.displacement.list(dimension),
-                2 => probe.velocity.list(dimension),
+                0 => first(probe.position.array()),
+                1 => first(probe.displacement.array()),
+                2 => first(probe.velocity.array()),
                 _ => probe.stress.to_vec(),
             }),
             Some(Said::Reaction(name)) => {
-                state.reactions.iter().find(|r| r.name == name).map_or(Vec::new(), |reaction| reaction.force.list(dimension))
+                state.reactions.iter().find(|r| r.name == name).map_or(Vec::new(), |reaction| first(reaction.force.array()))
             }
             None => vec![f64::NAN; series.components.iter().map(|c| c.1 + 1).max().unwrap_or(1)],
         });

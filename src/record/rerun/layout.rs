@@ -7,9 +7,12 @@ use crate::scene::{Load, Shape};
 use ::rerun::blueprint::components::PanelState;
 use ::rerun::blueprint::{Blueprint, BlueprintPanel, ContainerLike, Horizontal, SelectionPanel, Spatial2DView, Spatial3DView, Tabs};
 use ::rerun::blueprint::{TextDocumentView, TextLogView, TimePanel, TimeSeriesView, Vertical};
+use std::collections::BTreeSet;
 
 /// Outlines and numbers.
 pub(super) const INK: u32 = 0xd0d0_d0ff;
+/// The background grid.
+pub(super) const GRAY: u32 = 0x7070_70ff;
 /// Probes and forces.
 pub(super) const MARK: u32 = 0xff9d_2eff;
 
@@ -116,6 +119,20 @@ pub(super) fn loads(about: &About, row: &Row) -> Vec<(String, [f64; 3], Vec<f64>
         all.push((format!("{name}/{kind}"), place, signal.value(place, row.time, input)[..about.dimension()].to_vec()));
     }
     all
+}
+
+/// The cells of the background grid that hold particles: their centres, in the order of the grid, and half their size.
+pub(super) fn cells(about: &About, position: &[f64]) -> (impl ExactSizeIterator<Item = [f32; 3]> + use<>, [f32; 3]) {
+    let (grid, dimension) = (&about.scene.grid, about.dimension());
+    let size: Vec<f64> = (0..dimension).filter_map(|a| grid.cell.axis(a)).collect();
+    let index = |p: &[f64]| -> [i64; 3] {
+        std::array::from_fn(|a| if a < dimension { ((p[a] - grid.origin[a]) / size[a]).floor() as i64 } else { 0 })
+    };
+    let active: BTreeSet<[i64; 3]> = position.chunks_exact(dimension).map(index).collect();
+    let center = |a: usize, i: i64| if a < dimension { grid.origin[a] + (i as f64 + 0.5) * size[a] } else { 0.0 };
+    let centers: Vec<[f32; 3]> = active.iter().map(|cell| std::array::from_fn(|a| center(a, cell[a]) as f32)).collect();
+    // A cell of a bar has no height: it gets one, to be seen.
+    (centers.into_iter(), std::array::from_fn(|a| 0.5 * size.get(a).copied().unwrap_or(size[0]) as f32))
 }
 
 /// The middle of a face of a box.

@@ -7,7 +7,7 @@ use super::super::lattice::Lattice;
 use super::super::particles::von_mises;
 use super::layout;
 use crate::color::viridis;
-use ::rerun::external::arrow::array::{ArrayRef, Float32Array, Float64Array, UInt8Array};
+use ::rerun::external::arrow::array::{ArrayRef, Float32Array, Float64Array, UInt8Array, UInt16Array};
 use ::rerun::{
     AnyValues, Arrows2D, Arrows3D, AsComponents, Boxes2D, Boxes3D, Image, LineStrips2D, LineStrips3D, Points2D, Points3D, RecordingStream,
     RecordingStreamBuilder, RecordingStreamError, Scalars, SeriesLines, TextDocument, TextLog, TextLogLevel,
@@ -87,16 +87,15 @@ impl Logger {
         let at = |v: &[f64], a: usize| v.get(a).map_or(0.0, |&x| x as f32);
         let half: [f32; 3] = std::array::from_fn(|a| 0.5 * at(&grid.size, a));
         let middle: [f32; 3] = std::array::from_fn(|a| at(&grid.origin, a) + half[a]);
-        const GRAY: u32 = 0x7070_70ff;
         if dimension == 3 {
             self.fixed("world", &::rerun::ViewCoordinates::RIGHT_HAND_Z_UP())?;
             let room = Boxes3D::from_centers_and_half_sizes([middle], [half]);
-            self.fixed("world/grid", &room.with_colors([GRAY]).with_fill_mode(::rerun::FillMode::MajorWireframe))?;
+            self.fixed("world/grid", &room.with_colors([layout::GRAY]).with_fill_mode(::rerun::FillMode::MajorWireframe))?;
         } else {
             let half = if dimension == 1 { [half[0], 0.25 * half[0]] } else { [half[0], half[1]] };
             // Plane views have y down: seen from behind, it is up.
             self.fixed("world", &::rerun::Transform3D::from_scale([1.0, -1.0, 1.0]))?;
-            self.fixed("world/grid", &Boxes2D::from_centers_and_half_sizes([[middle[0], middle[1]]], [half]).with_colors([GRAY]))?;
+            self.fixed("world/grid", &Boxes2D::from_centers_and_half_sizes([[middle[0], middle[1]]], [half]).with_colors([layout::GRAY]))?;
         }
         self.fixed("scene", &TextDocument::from_markdown(format!("```toml\n{}\n```", about.scene.to_toml())))?;
         let columns = about.columns.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(",");
@@ -158,7 +157,7 @@ impl Logger {
         let double = about.precision == Precision::Double;
         for (column, values) in about.columns.iter().zip(&frame.values).filter(|(c, _)| double || c.name != "position") {
             let array: ArrayRef = match (double, column.name.as_str()) {
-                (_, "body") => Arc::new(UInt8Array::from_iter_values(values.iter().map(|&v| v as u8))),
+                (_, "body") => Arc::new(UInt16Array::from_iter_values(values.iter().map(|&v| v as u16))),
                 (true, _) => Arc::new(Float64Array::from(values.to_vec())),
                 (false, _) => Arc::new(Float32Array::from_iter_values(values.iter().map(|&v| v as f32))),
             };
@@ -200,7 +199,23 @@ impl Logger {
                 &LineStrips2D::new(strips).with_colors([layout::INK]).with_radii([::rerun::Radius::new_ui_points(1.5)]),
             )?;
         }
+        if about.cells {
+            self.cells(position)?;
+        }
         if self.colored { self.legend() } else { Ok(()) }
+    }
+
+    /// The cells of the background grid that hold particles.
+    fn cells(&self, position: &[f64]) -> Outcome {
+        let (centers, half) = layout::cells(&self.about, position);
+        if self.about.dimension() == 3 {
+            let boxes = Boxes3D::from_centers_and_half_sizes(centers, [half]);
+            let boxes = boxes.with_fill_mode(::rerun::FillMode::MajorWireframe);
+            self.stream.log("world/cells", &boxes.with_colors([layout::GRAY]).with_radii([::rerun::Radius::new_ui_points(0.5)]))
+        } else {
+            let boxes = Boxes2D::from_centers_and_half_sizes(centers.map(|[x, y, _]| [x, y]), [[half[0], half[1]]]);
+            self.stream.log("world/cells", &boxes.with_colors([layout::GRAY]).with_radii([::rerun::Radius::new_ui_points(0.5)]))
+        }
     }
 
     fn row(&mut self, row: &Row) -> Outcome {

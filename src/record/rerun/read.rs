@@ -7,7 +7,7 @@ use super::encoder;
 use super::logger::{EVENTS, INFO, PARTICLES, SNAPSHOT, Shade};
 use ::re_log_encoding::{DecoderApp, RRD_FOURCC, StreamFooter};
 use ::rerun::external::arrow::array::{Array, ArrayRef, AsArray, ListArray};
-use ::rerun::external::arrow::datatypes::{Float32Type, Float64Type, UInt8Type};
+use ::rerun::external::arrow::datatypes::{Float32Type, Float64Type, UInt8Type, UInt16Type};
 use ::rerun::log::{Chunk, LogMsg, RowId};
 use ::rerun::{Points2D, Points3D, Scalars, TextLog};
 use std::collections::{BTreeMap, VecDeque};
@@ -53,6 +53,8 @@ fn numbers(array: &ArrayRef) -> Vec<f64> {
     if let Some(array) = array.as_primitive_opt::<Float64Type>() {
         array.values().to_vec()
     } else if let Some(array) = array.as_primitive_opt::<Float32Type>() {
+        array.values().iter().map(|&v| f64::from(v)).collect()
+    } else if let Some(array) = array.as_primitive_opt::<UInt16Type>() {
         array.values().iter().map(|&v| f64::from(v)).collect()
     } else if let Some(array) = array.as_primitive_opt::<UInt8Type>() {
         array.values().iter().map(|&v| f64::from(v)).collect()
