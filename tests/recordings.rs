@@ -351,3 +351,20 @@ fn a_step_that_fails_is_told_in_the_recording() {
         assert!(Recording::open(&path).unwrap().is_whole());
     }
 }
+
+#[test]
+fn frames_come_every_so_many_substeps() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.mcap");
+    // Fixed steps: exactly so many, and the last one.
+    let mut sim = simulation("falling_block_3d.toml", &[("time.step", "0.001"), ("record", "{ every_steps = 7 }")]);
+    let mut sink = sink_for(&path, &Options::default()).unwrap();
+    record::run(&mut sim, 0.03, &mut [&mut *sink], &mut |_| {}).unwrap();
+    assert_eq!(frames(&path).iter().map(|f| f.step).collect::<Vec<_>>(), [0, 7, 14, 21, 28, 30]);
+    // Steps that adapt: the first stop after so many.
+    let mut sim = simulation("cantilever.toml", &[("record", "{ every_steps = 20 }")]);
+    let mut sink = sink_for(&path, &Options { force: true, ..Options::default() }).unwrap();
+    record::run(&mut sim, 0.2, &mut [&mut *sink], &mut |_| {}).unwrap();
+    let steps: Vec<u64> = frames(&path).iter().map(|f| f.step).collect();
+    assert!(steps.len() > 4 && steps[..steps.len() - 1].windows(2).all(|pair| (20..=22).contains(&(pair[1] - pair[0]))), "{steps:?}");
+}

@@ -37,7 +37,7 @@ enum Command {
     #[command(after_help = "Examples:
   matpoint inspect beam.mcap                     scene, method, frames, time, energy drift, events, variables
   matpoint inspect beam.rrd --csv probe/tip/displacement > tip.csv
-  matpoint inspect beam.mcap --picture beam.png --frames 6
+  matpoint inspect beam.mcap --png beam.png --frames 6
   matpoint inspect fine.mcap --compare coarse.mcap
 
 A recording that was cut off, because its process was killed or the disk was full, gets its index again; all that reached the disk is kept.")]
@@ -121,8 +121,8 @@ struct RunArgs {
     /// Write history.csv (energies, probes, reactions) and particles.csv (the last frame) to a folder.
     #[arg(long, value_name = "DIR")]
     csv: Option<PathBuf>,
-    /// Draw the last frame; the file ends in .svg.
-    #[arg(long, value_name = "FILE.svg")]
+    /// Draw the last frame; the file ends in .svg or .png.
+    #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
     /// Write over recordings, tables and pictures that exist.
     #[arg(long)]
@@ -165,7 +165,7 @@ struct InspectArgs {
     #[arg(long, value_name = "VARIABLE", group = "what")]
     csv: Option<String>,
     /// Draw it instead, without a display; the file ends in .png or .svg.
-    #[arg(long, alias = "png", value_name = "FILE", group = "what")]
+    #[arg(long, visible_alias = "png", value_name = "FILE", group = "what")]
     picture: Option<PathBuf>,
     /// Frames to draw, on one sheet; the last one only if left out.
     #[arg(long, value_name = "N", default_value_t = 1, requires = "picture")]

@@ -100,6 +100,7 @@ impl Simulation {
     /// Does it wrong on purpose, to show what comes of it.
     pub(crate) fn go_wrong(&mut self, wrong: Wrong) {
         self.stepper.wrong = Some(wrong);
+        self.stepper.outdate();
         if wrong == Wrong::NegativeMass {
             self.model.masses = Masses::Signed;
         }
@@ -219,6 +220,7 @@ impl Simulation {
     pub fn set(&mut self, name: &str, values: &[f64]) -> Result<(), ComponentError> {
         let load = self.outputs.input(name, values)?;
         self.state.inputs[load].copy_from_slice(values);
+        self.stepper.outdate();
         self.outputs.outdate();
         Ok(())
     }

@@ -84,5 +84,7 @@ pub fn gallery(folder: &Path, progress: &mut dyn FnMut(&str)) -> Result<Vec<Path
 }
 
 /// What else there is to be seen, made by another command.
-const VIEWER: &str = "\n## In the Rerun viewer\n\n`tests/record_python/screenshot.py RUN.rrd PICTURE.png` opens a recording in the viewer without a display.\n\n\
+const VIEWER: &str = "\n## In the Rerun viewer\n\nThe cantilever as it opens, by these two commands (the second needs what `tests/record_python/run` installs, but no display):\n\n\
+```sh\nmatpoint run launch_scripts/scenes/cantilever.toml --until 2.4 --record cantilever.rrd\n\
+target/record-python/bin/python tests/record_python/screenshot.py cantilever.rrd docs/gallery/rerun.png\n```\n\n\
 ![The cantilever in the Rerun viewer](gallery/rerun.png)\n";

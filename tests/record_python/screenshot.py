@@ -14,7 +14,7 @@ wait = float(sys.argv[3]) if len(sys.argv) > 3 else 8.0
 viewer = Path(rerun.__file__).parents[2] / "rerun_cli" / "rerun"
 port = 9876 + os.getpid() % 1000
 process = subprocess.Popen(
-    [viewer, source, "--headless", "--bind", "127.0.0.1", "--port", str(port), "--window-size", "1400x900"],
+    [viewer, source, "--headless", "--bind", "127.0.0.1", "--port", str(port), "--window-size", "1200x760"],
     stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=dict(os.environ, XDG_RUNTIME_DIR="/tmp"),
 )
 try:

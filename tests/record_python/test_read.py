@@ -14,6 +14,8 @@ from rosbags.highlevel import AnyReader
 RUNS = Path(os.environ["RUNS"])
 # scene, dimension, frames
 SCENES = [("bar_1d_vibration", 1, 21), ("cantilever", 2, 51), ("falling_block_3d", 3, 11)]
+# lower corner and cell of the grid
+CELLS = {"bar_1d_vibration": ([0.0], 0.78125), "cantilever": ([0.0, -3.0], 0.25), "falling_block_3d": ([0.0, 0.0, 0.0], 0.1)}
 TYPES = {6: "<u4", 7: "<f4", 8: "<f8"}
 
 
@@ -136,6 +138,24 @@ def test_paraview(scene, dimension, count):
         for axis, name in enumerate("xyz"):
             assert (mesh.points[:, axis] == points[name]).all()
         assert (mesh.point_data["von_mises [Pa]"].ravel() == points["von_mises"]).all()
+
+
+@pytest.mark.parametrize(("scene", "dimension", "count"), SCENES)
+def test_rerun_shows_the_cells_that_hold_particles(scene, dimension, count):
+    import rerun.experimental as rerun
+
+    boxes, positions = {}, by_rerun(RUNS / f"{scene}.rrd", dimension)[0]
+    for chunk in rerun.RrdReader(RUNS / f"{scene}.rrd").stream().to_chunks():
+        if chunk.entity_path == "/world/cells":
+            batch = chunk.to_record_batch()
+            times = batch.column("sim_time").to_numpy(zero_copy_only=False).astype("int64")
+            [centers] = [name for name in batch.schema.names if name.endswith(":centers")]
+            boxes.update((time, len(cell)) for time, cell in zip(times, batch.column(centers), strict=True))
+    assert sorted(boxes) == list(positions)
+    origin, size = CELLS[scene]
+    for time, shown in boxes.items():
+        held = np.unique(np.floor((positions[time]["position"][:, :dimension] - origin) / size), axis=0)
+        assert abs(len(held) - shown) <= 2, "32 bits put a particle beside the cell it is in"
 
 
 def test_rerun_verifies_and_compares():

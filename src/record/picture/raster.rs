@@ -3,8 +3,8 @@
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
 
-/// Pixels for one of the SVG: sharp on the screens of today.
-const SCALE: f32 = 1.5;
+/// Width in pixels: enough to read every letter of a sheet of four.
+const WIDTH: f32 = 1200.0;
 
 pub(super) fn png(svg: &str) -> Result<Vec<u8>, String> {
     let mut options = Options::default();
@@ -14,8 +14,9 @@ pub(super) fn png(svg: &str) -> Result<Vec<u8>, String> {
     fonts.set_sans_serif_family(family.clone());
     options.font_family = family;
     let tree = Tree::from_str(svg, &options).map_err(|error| format!("cannot be drawn: {error}"))?;
-    let size = tree.size().to_int_size().scale_by(SCALE).ok_or("is too large a picture")?;
+    let scale = WIDTH / tree.size().width();
+    let size = tree.size().to_int_size().scale_by(scale).ok_or("is too large a picture")?;
     let mut pixels = Pixmap::new(size.width(), size.height()).ok_or("is too large a picture")?;
-    resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut pixels.as_mut());
+    resvg::render(&tree, Transform::from_scale(scale, scale), &mut pixels.as_mut());
     pixels.encode_png().map_err(|error| format!("cannot be encoded: {error}"))
 }
