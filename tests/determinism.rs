@@ -194,7 +194,7 @@ fn looking_at_a_state_changes_nothing() {
     };
     let external = scene(2, "apic").replace("[30.0, 5.0]", "\"external\"");
     assert!(external.contains("value = \"external\""));
-    let contact = external.replace("dimension = 2", "dimension = 2\ncontact = { friction = 0.3 }");
+    let contact = include_str!("../launch_scripts/scenes/box_on_beam.toml").to_owned();
     for scene in [external, contact, scene(2, "flip"), scene(3, "apic"), scene(3, "flip")] {
         assert!(run(&scene, true) == run(&scene, false), "{scene}");
     }

@@ -30,7 +30,7 @@ fn one_hundred_kills() {
         run.wait().unwrap();
         let ran = begun.elapsed().as_secs_f64();
         let Ok(recording) = Recording::open(&path) else {
-            // Killed before the head of the file was flushed.
+            // Killed before the file was there.
             early += 1;
             continue;
         };
@@ -40,12 +40,12 @@ fn one_hundred_kills() {
         assert!(recording.is_whole());
         let times: Vec<f64> =
             recording.filter_map(|item| if let Ok(Item::Frame(frame)) = item { Some(frame.time) } else { None }).collect();
-        // No hole: a frame every 0.02 s from the start.
+        // Up to the last flush, at most half a second before (and as long to write): without a hole, a frame every 0.02 s from the start.
         assert!(times.iter().enumerate().all(|(i, time)| (time - 0.02 * i as f64).abs() < 1e-9), "{times:?}");
         frames += times.len();
         kept[k as usize % 2] += times.len();
         lost = lost.max(ran);
     }
-    println!("100 kills after up to {lost:.2} s: {frames} frames read back, {early} killed before anything was flushed");
-    assert!(kept.iter().all(|&frames| frames > 100) && early < 60, "{kept:?} frames of both formats");
+    println!("100 kills after up to {lost:.2} s: {frames} frames read back, {early} killed before there was a file");
+    assert!(kept.iter().all(|&frames| frames > 100) && early < 30, "{kept:?} frames of both formats");
 }

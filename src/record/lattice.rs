@@ -1,5 +1,7 @@
 //! Who was whose neighbour at time 0: from it come the outline of a deformed body and the shape of a particle, without a deformation gradient.
 
+#![cfg_attr(not(feature = "rerun"), expect(dead_code, reason = "only Rerun shows outlines"))]
+
 use super::data::About;
 use crate::scene::Shape;
 use std::collections::{BTreeMap, HashMap};

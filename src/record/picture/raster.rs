@@ -4,7 +4,7 @@ use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
 
 /// Width in pixels: enough to read every letter of a sheet of four.
-const WIDTH: f32 = 1200.0;
+const WIDTH: f32 = 1080.0;
 
 pub(super) fn png(svg: &str) -> Result<Vec<u8>, String> {
     let mut options = Options::default();

@@ -65,7 +65,8 @@ impl Writer for RrdWriter {
         let mut open = Open { logger, storage, encoder, pending: 0 };
         open.drain(&self.path)?;
         self.open = Some(open);
-        Ok(())
+        // What is in the file at once: who it is of.
+        self.flush()
     }
 
     fn write(&mut self, item: &Item) -> Result<(), RecordError> {
