@@ -1,7 +1,7 @@
 //! A run killed at any moment leaves a recording that can be read up to the last flush.
 
 #![cfg(all(unix, feature = "mcap", feature = "rerun"))]
-#![expect(clippy::unwrap_used, reason = "a test may")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use matpoint::record::{Item, Recording, Repair, repair};
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! Recordings hold what was computed, can be read back, compared and gone on from, and are never written over unasked.
 
 #![cfg(all(feature = "mcap", feature = "rerun"))]
-#![expect(clippy::unwrap_used, reason = "a test may")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use matpoint::Simulation;
 use matpoint::record::{
@@ -116,7 +116,7 @@ fn nothing_is_written_over_unasked() {
             let recorder = Recorder::begin(&mut sim, vec![sink_for(&path, options).unwrap()], None, None)?;
             recorder.finish(&mut sim)
         };
-        assert!(begin(&Options::default()).unwrap().len() >= 1, "{name}");
+        assert!(!begin(&Options::default()).unwrap().is_empty(), "{name}");
         let before = path.is_file().then(|| std::fs::read(&path).unwrap());
         let error = begin(&Options::default()).unwrap_err();
         assert!(matches!(error, RecordError::Exists { .. }) && error.to_string().contains("--force"), "{name}: {error}");

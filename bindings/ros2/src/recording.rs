@@ -112,7 +112,7 @@ mod tests {
             sim.step(0.01).unwrap();
             recorder.offer(&mut sim).unwrap();
         }
-        assert_eq!(recorder.finish(&mut sim).unwrap(), [path.clone()]);
+        assert_eq!(recorder.finish(&mut sim).unwrap(), std::slice::from_ref(&path));
 
         let recording = Recording::open(&path).unwrap();
         let about = recording.about().clone();
@@ -120,9 +120,9 @@ mod tests {
         assert_eq!(about.precision, Precision::Double);
         assert_eq!(about.columns.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["position", "velocity"]);
         let items: Vec<Item> = recording.map(Result::unwrap).collect();
-        let frames = items.iter().filter_map(|item| if let Item::Frame(frame) = item { Some(frame) } else { None });
-        assert_eq!(frames.clone().count(), 6);
-        assert_eq!(frames.last().unwrap().values[1].as_slice(), sim.get("particle/velocity").unwrap());
+        let frames: Vec<_> = items.iter().filter_map(|item| if let Item::Frame(frame) = item { Some(frame) } else { None }).collect();
+        assert_eq!(frames.len(), 6);
+        assert_eq!(frames[5].values[1].as_slice(), sim.get("particle/velocity").unwrap());
         assert_eq!(items.iter().filter(|item| matches!(item, Item::Snapshot(_))).count(), 2);
         // The uncompressed part of the file names the topics.
         let text = String::from_utf8_lossy(&std::fs::read(&path).unwrap()).into_owned();
