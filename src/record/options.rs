@@ -1,6 +1,7 @@
 //! How something is recorded.
 
 use super::RecordError;
+#[cfg(any(feature = "mcap", feature = "rerun"))]
 use std::fs::File;
 use std::path::Path;
 use std::str::FromStr;

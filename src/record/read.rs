@@ -1,7 +1,7 @@
 //! Recordings read back: the same items that were recorded, whatever the format.
 
+use super::RecordError;
 use super::data::{About, Item, Snapshot};
-use super::{Options, RecordError};
 use crate::scene::Scene;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -27,19 +27,14 @@ impl Recording {
     /// # Errors
     /// A file that cannot be read, or is no recording of matpoint.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
-        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-        let reader: Box<dyn Reader> = match ending.as_deref() {
-            #[cfg(feature = "mcap")]
-            Some("mcap") => Box::new(super::mcap::McapReader::open(path)?),
-            #[cfg(feature = "rerun")]
-            Some("rrd") => Box::new(super::rerun::RrdReader::open(path)?),
-            _ => {
-                return Err(RecordError::content(
-                    path,
-                    "cannot be read back: .mcap and .rrd can (where this matpoint was built with them)",
-                ));
-            }
-        };
+        let reader: Option<Box<dyn Reader>> = None;
+        #[cfg(feature = "mcap")]
+        let reader = if is(path, "mcap") { Some(Box::new(super::mcap::McapReader::open(path)?) as Box<dyn Reader>) } else { reader };
+        #[cfg(feature = "rerun")]
+        let reader = if is(path, "rrd") { Some(Box::new(super::rerun::RrdReader::open(path)?) as Box<dyn Reader>) } else { reader };
+        let reader = reader.ok_or_else(|| {
+            RecordError::content(path, "cannot be read back: .mcap and .rrd can (where this matpoint was built with them)")
+        })?;
         Ok(Self { path: path.to_path_buf(), reader })
     }
 
@@ -89,7 +84,8 @@ impl Iterator for Recording {
 }
 
 /// What a recording is of, from what stands in it.
-pub(super) fn rebuild(path: &Path, scene: &str, version: String, commit: String, options: &Options) -> Result<About, RecordError> {
+#[cfg(any(feature = "mcap", feature = "rerun"))]
+pub(super) fn rebuild(path: &Path, scene: &str, version: String, commit: String, options: &super::Options) -> Result<About, RecordError> {
     let parsed = Scene::from_toml(scene).and_then(Scene::build);
     let mut sim = parsed.map_err(|error| RecordError::content(path, format!("holds a scene that this matpoint cannot read: {error}")))?;
     Ok(About { version, commit, ..About::new(&mut sim, options)? })
@@ -121,19 +117,30 @@ pub fn repair(path: &Path) -> Result<Repair, RecordError> {
     }
     let part = path.with_added_extension("part");
     let to = File::create(&part).map_err(RecordError::write(&part))?;
-    let outcome = match path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap")) {
-        #[cfg(feature = "mcap")]
-        true => super::mcap::repair(path, to),
-        #[cfg(feature = "rerun")]
-        false => super::rerun::repair(path, to),
-        #[cfg(not(all(feature = "mcap", feature = "rerun")))]
-        _ => Err(RecordError::content(path, "is of a format that this matpoint was built without")),
-    };
-    match outcome.and_then(|()| std::fs::rename(&part, path).map_err(RecordError::write(path))) {
+    match mend(path, to).and_then(|()| std::fs::rename(&part, path).map_err(RecordError::write(path))) {
         Ok(()) => Ok(Repair::Done),
         Err(error) => {
             let _ = std::fs::remove_file(&part);
             Err(error)
         }
     }
+}
+
+/// Writes what can be read of a recording to another file.
+fn mend(path: &Path, to: File) -> Result<(), RecordError> {
+    #[cfg(feature = "mcap")]
+    if is(path, "mcap") {
+        return super::mcap::repair(path, to);
+    }
+    #[cfg(feature = "rerun")]
+    if is(path, "rrd") {
+        return super::rerun::repair(path, to);
+    }
+    drop(to);
+    Err(RecordError::content(path, "is of a format that this matpoint was built without"))
+}
+
+#[cfg(any(feature = "mcap", feature = "rerun"))]
+fn is(path: &Path, format: &str) -> bool {
+    super::ending(path).as_deref() == Some(format)
 }
