@@ -38,6 +38,8 @@ pub struct Simulation {
     outputs: Outputs,
     /// State before the step under way.
     backup: State,
+    /// Iterations of the solver of the mass matrix since the simulation was made.
+    iterations: u64,
 }
 
 // adapters move a simulation between threads
@@ -92,12 +94,13 @@ impl Simulation {
         let mut stepper = Stepper::new(&model);
         let initial = stepper.measure(&model, &mut state).map_err(|e| fault("body", e.to_string()))?;
         let outputs = Outputs::new(&model, &state, exact.as_ref());
-        Ok(Self { scene, model, state, stepper, stable_step, exact, initial, outputs, backup: State::default() })
+        Ok(Self { scene, model, state, stepper, stable_step, exact, initial, outputs, backup: State::default(), iterations: 0 })
     }
 
     /// Does it wrong on purpose, to show what comes of it.
     pub(crate) fn go_wrong(&mut self, wrong: Wrong) {
         self.stepper.wrong = Some(wrong);
+        self.stepper.outdate();
         if wrong == Wrong::NegativeMass {
             self.model.masses = Masses::Signed;
         }
@@ -118,11 +121,24 @@ impl Simulation {
         self.state.steps
     }
 
+    /// Iterations of the solver of the mass matrix since the simulation was made; 0 with lumped mass.
+    pub fn iterations(&self) -> u64 {
+        self.iterations
+    }
+
     /// Largest stable substep \[s\]: the stable step of the scene at time 0, less what waves and particles have gained in speed since
     /// (with a fixed step: what they had at time 0). Where particles have moved to other places in their cells it may be lower, down to
     /// half with one particle a cell; `cfl` is there to leave room for that.
     pub fn max_step(&self) -> f64 {
         self.stable_step * self.state.pace
+    }
+
+    /// The substep that a step of many would begin with \[s\].
+    pub fn usual_step(&self) -> f64 {
+        match self.model.pace {
+            Pace::Fixed(step) => step,
+            Pace::Cfl(share) => share * self.max_step(),
+        }
     }
 
     /// Moves time by `dt` \[s\], in as many substeps as are needed, and lands exactly on the new time.
@@ -184,6 +200,7 @@ impl Simulation {
         self.state.time = end;
         self.state.reactions.clear();
         self.state.reactions.extend(self.stepper.mean_reactions());
+        self.iterations += self.stepper.iterations;
         let (substeps, iterations) = (self.state.steps - first, self.stepper.iterations);
         Ok(Report { time: end, substeps, smallest_step: smallest, iterations })
     }
@@ -203,6 +220,7 @@ impl Simulation {
     pub fn set(&mut self, name: &str, values: &[f64]) -> Result<(), ComponentError> {
         let load = self.outputs.input(name, values)?;
         self.state.inputs[load].copy_from_slice(values);
+        self.stepper.outdate();
         self.outputs.outdate();
         Ok(())
     }

@@ -13,7 +13,7 @@ use crate::publish::{Cloud, Outlets};
 use crate::state::Watched;
 use matpoint::Simulation;
 use matpoint::component::{ComponentError, Description};
-use matpoint::record::Recorder;
+use matpoint::record::{self, Recorder};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
@@ -190,6 +190,10 @@ impl Session {
                 self.outlets.log(Level::Error, format!("{error}; paused"));
                 self.running = Running::Paused;
                 self.finish_stepping(Err(error.clone()));
+                if let Some((_, recorder)) = &mut self.recording {
+                    // A recording that cannot be written is told of when the next state is offered to it.
+                    let _ = recorder.event(&self.sim, record::Level::Error, &error);
+                }
                 self.fault = Some(error);
             }
         }
