@@ -97,10 +97,38 @@ impl Simulation {
         Ok(Self { scene, model, state, stepper, stable_step, exact, initial, outputs, backup: State::default(), iterations: 0 })
     }
 
+    /// A simulation of the same scene that takes over states of this one; it is in none until then.
+    pub(crate) fn twin(&self) -> Self {
+        let exact = self.scene.exact.as_ref().and_then(|e| Exact::new(e, self.model.dimension).ok());
+        Self {
+            scene: self.scene.clone(),
+            model: self.model.clone(),
+            state: State::default(),
+            stepper: Stepper::new(&self.model),
+            stable_step: self.stable_step,
+            outputs: Outputs::new(&self.model, &self.state, exact.as_ref()),
+            exact,
+            initial: self.initial.clone(),
+            backup: State::default(),
+            iterations: 0,
+        }
+    }
+
+    /// Copies the state.
+    pub(crate) fn copy_state(&self, to: &mut State) {
+        self.state.copy_to(to);
+    }
+
+    /// Takes over a state of a simulation of the same scene, and gives its own.
+    pub(crate) fn exchange_state(&mut self, state: &mut State) {
+        std::mem::swap(&mut self.state, state);
+        self.stepper.forget(&self.model);
+        self.outputs.outdate();
+    }
+
     /// Does it wrong on purpose, to show what comes of it.
     pub(crate) fn go_wrong(&mut self, wrong: Wrong) {
         self.stepper.wrong = Some(wrong);
-        self.stepper.outdate();
         if wrong == Wrong::NegativeMass {
             self.model.masses = Masses::Signed;
         }
@@ -220,7 +248,6 @@ impl Simulation {
     pub fn set(&mut self, name: &str, values: &[f64]) -> Result<(), ComponentError> {
         let load = self.outputs.input(name, values)?;
         self.state.inputs[load].copy_from_slice(values);
-        self.stepper.outdate();
         self.outputs.outdate();
         Ok(())
     }

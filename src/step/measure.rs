@@ -38,12 +38,6 @@ impl Stepper {
         self.locate(model, state)?;
         self.load(model, state)?;
         self.particles_to_grid(model, state, p2g::What::MassMomentumForce)?;
-        // The next step begins with the same sums, and need not make them again. Points of quadrature and mass matrices have more of a state.
-        let keeps = !model.needs.quadrature && !model.quadrature_of_velocity && model.balance.is_lumped() && model.projection.is_lumped();
-        if keeps {
-            self.kept[0].clone_from(&self.grid.momentum);
-            self.kept[1].clone_from(&self.grid.force);
-        }
         let mut measures = Measures { velocity: state.particles.velocity.clone(), ..Measures::default() };
         measures.angular = self.angular_momentum(model, kick);
         let (impulse, work) = (self.impulse.clone(), self.boundary_work);
@@ -67,11 +61,6 @@ impl Stepper {
             measures.strain += particles.volume[p] * model.material(particles.body[p]).energy(&f, &particles.history.row(p));
         }
         self.probe_velocities(model, state, &mut measures);
-        if keeps {
-            std::mem::swap(&mut self.grid.momentum, &mut self.kept[0]);
-            std::mem::swap(&mut self.grid.force, &mut self.kept[1]);
-            self.is_ready = true;
-        }
         Ok(measures)
     }
 

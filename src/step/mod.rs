@@ -63,10 +63,6 @@ pub(crate) struct Stepper {
     right: Vec<Lanes>,
     /// A mass matrix times a field.
     product: Vec<Lanes>,
-    /// Momentum and force on the grid as the particles give them, kept aside by a measurement.
-    kept: [Vec<Lanes>; 2],
-    /// Whether the grid holds what the next step begins with, from a measurement of the same state with the same inputs.
-    is_ready: bool,
     /// What is done wrong on purpose.
     pub(crate) wrong: Option<Wrong>,
     /// Iterations of the solver of the mass matrix since the last call of `begin`.
@@ -93,8 +89,6 @@ impl Stepper {
             matrix_is_current: false,
             right: Vec::new(),
             product: Vec::new(),
-            kept: Default::default(),
-            is_ready: false,
             wrong: None,
             iterations: 0,
         }
@@ -103,11 +97,6 @@ impl Stepper {
     /// Forgets what belongs to another state.
     pub(crate) fn forget(&mut self, model: &Model) {
         *self = Self { wrong: self.wrong, ..Self::new(model) };
-    }
-
-    /// What a measurement left on the grid is no longer what the next step begins with.
-    pub(crate) fn outdate(&mut self) {
-        self.is_ready = false;
     }
 
     /// Starts to add up boundary reactions.
@@ -127,11 +116,9 @@ impl Stepper {
     pub(crate) fn advance(&mut self, model: &Model, state: &mut State, dt: f64) -> Result<(), StepError> {
         use g2p::Update;
         let kick = 0.5 * (state.last_step + dt);
-        if !std::mem::take(&mut self.is_ready) {
-            self.locate(model, state)?;
-            self.load(model, state)?;
-            self.particles_to_grid(model, state, p2g::What::MassMomentumForce)?;
-        }
+        self.locate(model, state)?;
+        self.load(model, state)?;
+        self.particles_to_grid(model, state, p2g::What::MassMomentumForce)?;
         self.balance(model, state, kick, dt, model.needs_nodal_velocity())?;
         self.contact(model, Some(kick));
         self.leave_to_light_nodes(model);

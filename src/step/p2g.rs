@@ -32,7 +32,6 @@ impl Shared {
 impl Stepper {
     pub(super) fn particles_to_grid(&mut self, model: &Model, state: &mut State, what: What) -> Result<(), StepError> {
         let forces = what == What::MassMomentumForce;
-        self.outdate();
         self.integrate(model, state)?;
         let shared = worth_sharing(state);
         self.grid.clear(forces);
