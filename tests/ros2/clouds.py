@@ -11,7 +11,9 @@ HZ = 60
 
 def receive(domain, scene, parameters, reliability, seconds, scene_args=(), depth=5, buffer=False):
     """What the receiver printed, and how the node ended. `buffer` gives the receiver 4 MiB to receive into."""
-    more = {"FASTRTPS_DEFAULT_PROFILES_FILE": HERE / "receive_buffer_4MiB.xml"} if buffer else {}
+    # Jazzy looks into the first of these, Kilted into the second.
+    names = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
+    more = dict.fromkeys(names, HERE / "receive_buffer_4MiB.xml") if buffer else {}
     env = environment(domain, **more)
     command = [sys.executable, str(HERE / "receiver.py"), "/matpoint/particles", reliability, str(seconds), "--depth", str(depth)]
     receiver = subprocess.Popen(command, env=env, stdout=subprocess.PIPE, text=True)

@@ -3,13 +3,15 @@
 `ros2 bag` itself is not on PyPI: real rclpy receives the serialised messages, and `rosbags` writes them as rosbag2 does.
 """
 
+import os
+
 from conftest import ROOT, seconds
 from rosbags.rosbag2 import Reader, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 
 def types():
-    store = get_typestore(Stores.ROS2_JAZZY)
+    store = get_typestore(Stores[f"ROS2_{os.environ.get('ROS_DISTRO_UNDER_TEST', 'jazzy').upper()}"])
     new = {}
     for path in (ROOT / "msgs" / "msg").glob("*.msg"):
         new.update(get_types_from_msg(path.read_text(), f"matpoint_msgs/msg/{path.stem}"))
