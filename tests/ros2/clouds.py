@@ -17,14 +17,16 @@ def receive(domain, scene, parameters, reliability, seconds, scene_args=(), dept
     env = environment(domain, **more)
     command = [sys.executable, str(HERE / "receiver.py"), "/matpoint/particles", reliability, str(seconds), "--depth", str(depth)]
     receiver = subprocess.Popen(command, env=env, stdout=subprocess.PIPE, text=True)
-    assert receiver.stdout.readline() == "ready\n"
-    node = Node(domain, scene, parameters={"particles.rate": 0.0, "particles.reliability": reliability, **parameters}, args=scene_args)
+    node = None
     try:
+        assert receiver.stdout.readline() == "ready\n"
+        node = Node(domain, scene, parameters={"particles.rate": 0.0, "particles.reliability": reliability, **parameters}, args=scene_args)
         out, _ = receiver.communicate(timeout=seconds + 60)
         assert receiver.returncode == 0
     finally:
         receiver.kill()
-        node.stop(within=30)
+        if node:
+            node.stop(within=30)
     return json.loads(out), node
 
 

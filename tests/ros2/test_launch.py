@@ -3,6 +3,7 @@ else with a stand-in that reads the description: the test that ran says which.""
 
 import importlib.util
 import os
+import signal
 import subprocess
 import sys
 import types
@@ -100,12 +101,12 @@ def test_launch_file_with_the_real_launch_package(peer, domain, tmp_path):
           "s.include_launch_description(LaunchDescription([IncludeLaunchDescription(PythonLaunchDescriptionSource(sys.argv[1]), " \
           "launch_arguments=[tuple(a.split(':=')) for a in sys.argv[2:]])])); sys.exit(s.run())"
     arguments = [f"node:={NODE}", "namespace:=/lab", "rate:=0.5", f"record:={tmp_path / 'run'}"]
-    process = subprocess.Popen([sys.executable, "-c", run, str(LAUNCH), *arguments], env=environment(domain))
+    process = subprocess.Popen([sys.executable, "-c", run, str(LAUNCH), *arguments], env=environment(domain), start_new_session=True)
     try:
         check(peer, "/lab/matpoint/state", 0.5)
     finally:
-        process.send_signal(2)
-        process.wait(15)
+        os.killpg(process.pid, signal.SIGINT)  # as Ctrl-C in a terminal
+        assert process.wait(15) == 0
     assert list((tmp_path / "run").glob("*.csv"))
     print("run with the real launch package")
 
