@@ -153,3 +153,10 @@ def test_the_example_controller_damps_the_tip(start, peer, domain, lock_step):
         return max(heights) - min(heights)
 
     assert swing(8, 12) < 0.25 * swing(0, 4), (swing(0, 4), swing(8, 12))
+    if lock_step:
+        # Each step was made with the command that answers the state before it.
+        pairs = [(a, b) for a, b in zip(states, states[1:]) if b.steps == a.steps + 1]
+        assert len(pairs) > 1000
+        for a, b in pairs:
+            velocity = a.probes[0].velocity
+            assert list(b.loads[0].value) == [-5e3 * velocity.x, -5e3 * velocity.y], (a.steps, len(states))
