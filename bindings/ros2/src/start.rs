@@ -15,7 +15,6 @@ use crate::session::Session;
 use crate::{action, cloud, control, parameter_services, recording, services};
 use matpoint::Simulation;
 use std::sync::Arc;
-use std::sync::atomic::Ordering::Relaxed;
 use std::sync::mpsc::Receiver;
 
 /// The node cannot start.
@@ -131,8 +130,8 @@ fn subscribe(ros: &mut Ros, rules: &Arc<Rules>, tally: &Arc<Tally>) -> Result<()
         move |checked: Result<Command, Refusal>| -> Option<Request> {
             match checked {
                 Ok(command) => {
-                    tally.taken.fetch_add(1, Relaxed);
-                    Some(Box::new(move |session: &mut Session| session.command(command)))
+                    let topic = topic.clone();
+                    Some(Box::new(move |session: &mut Session| session.command(&topic, command)))
                 }
                 Err(refusal) => {
                     tally.refuse(&topic, &refusal);
