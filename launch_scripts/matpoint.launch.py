@@ -1,6 +1,6 @@
 """Starts matpoint-node, and RViz and the example controller if asked for.
 
-    ros2 launch launch_scripts/matpoint.launch.py scene:=SCENE rate:=0.5 record:=run.rrd paused:=true namespace:=/lab
+    ros2 launch launch_scripts/matpoint.launch.py scene:=SCENE rate:=0.5 record:=run.mcap paused:=true namespace:=/lab
 
 The node is no ROS package: MATPOINT_NODE or the argument `node` say where it is, else PATH does, else target/release.
 """
@@ -23,7 +23,7 @@ ARGUMENTS = {
     "name": ("matpoint", "name of the node"),
     "params": (str(HERE / "params" / "matpoint.yaml"), "parameter file"),
     "rate": ("1.0", "real-time factor; 0: as fast as it can"),
-    "record": ("''", "recording: FILE.rrd, or a folder for CSV; '' for none"),
+    "record": ("''", "recording: FILE.mcap, .rrd or .pvd, or a folder for CSV; '' for none"),
     "paused": ("false", "wait for simulation_interfaces before the first step"),
     "rviz": ("false", "start RViz"),
     "controller": ("false", "start the example controller, which damps the tip"),

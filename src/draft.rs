@@ -28,8 +28,13 @@ impl Draft {
 
     /// Writes `text` at the end.
     pub(crate) fn write(&mut self, text: &str) -> Result<(), RecordError> {
+        self.write_bytes(text.as_bytes())
+    }
+
+    /// Writes `bytes` at the end.
+    pub(crate) fn write_bytes(&mut self, bytes: &[u8]) -> Result<(), RecordError> {
         match &mut self.out {
-            Some(out) => out.write_all(text.as_bytes()).map_err(RecordError::write(&self.path)),
+            Some(out) => out.write_all(bytes).map_err(RecordError::write(&self.path)),
             None => Ok(()),
         }
     }

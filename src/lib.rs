@@ -40,7 +40,8 @@
 //! | `material` | one file a law, always 3x3; plane strain, plane stress and one dimension are embeddings, in one place |
 //! | `step` | ONE STEP: one file a stage, named in running order; the stable step; measures |
 //! | [`component`] | FROM OUTSIDE: [`Simulation`], the variable list, snapshots: all that an adapter may see |
-//! | [`record`] | DATA OUT: Rerun, CSV, pictures |
+//! | [`record`] | DATA OUT: Rerun, MCAP, ParaView, CSV, pictures; recordings read back, compared, repaired |
+//! | [`messages`], `msgs` | the ROS 2 messages: what `.mcap` recordings hold and the node publishes, defined once |
 //! | [`study`] | STUDIES: many runs beside the numbers and figures of the papers |
 //! | `bindings/python` | an adapter: `import matpoint`, built by maturin; its tests are in `tests/python` |
 //! | `bindings/ros2` | an adapter: the ROS 2 node, pure Rust on DDS; its messages are in `msgs`, its tests in `tests/ros2` |
@@ -78,6 +79,8 @@
 //! - Values of variables are shared, not lent: what an adapter looks at is never written over (`Simulation::share`), so that a view without
 //!   a copy is safe in Python whatever the simulation does next.
 //! - A [`record::Recorder`] knows when sinks are due and is offered the simulation after each step: the loop may be anybody's.
+//! - A recording is made by a thread of its own, which gets the values of variables shared, not copied ([`record::Recorder`], `record/background.rs`);
+//!   the outline of a body comes from who was whose neighbour at time 0 (`record/lattice.rs`).
 //! - Formulas are read by our own small parser (`scene/formula.rs`): the crates that were tried misread `-x^2` or `1e-3`, or are not kept.
 
 mod basis;
@@ -87,6 +90,8 @@ mod draft;
 mod grid;
 mod implicit;
 mod material;
+#[cfg(feature = "mcap")]
+pub mod messages;
 mod model;
 mod quadrature;
 pub mod record;

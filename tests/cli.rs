@@ -60,7 +60,15 @@ record = { every = 0.05 }
 
 #[test]
 fn every_command_helps_with_examples() {
-    for args in [&["--help"][..], &["run", "--help"], &["check", "--help"], &["describe", "--help"], &["schema", "--help"]] {
+    for args in [
+        &["--help"][..],
+        &["run", "--help"],
+        &["check", "--help"],
+        &["inspect", "--help"],
+        &["replay", "--help"],
+        &["describe", "--help"],
+        &["schema", "--help"],
+    ] {
         let help = good(args);
         assert!(help.contains("Examples:\n  matpoint "), "{args:?}: {help}");
     }
@@ -109,13 +117,82 @@ fn recording_for_rerun() {
     let path = folder.path().join("beam.rrd");
     let text = good(&["run", &scene("cantilever.toml"), "--until", "0.1", "--record", path.to_str().unwrap()]);
     assert!(text.contains(&format!("open with: rerun {}", path.display())), "{text}");
-    assert!(std::fs::read(path).unwrap().starts_with(b"RRF"));
+    assert!(std::fs::read(&path).unwrap().starts_with(b"RRF"));
+    let run = path.to_str().unwrap();
+    let text = bad(2, &["run", &scene("cantilever.toml"), "--until", "0.1", "--record", run]);
+    assert!(text.contains("exists") && text.contains("--force"), "{text}");
+    let text = good(&["inspect", run]);
+    for part in ["Rubber cantilever", "1 152", "frames, rows  6, 6", "energy drift", "B-splines", "probe/tip/stress", "0 to 0.1 s"] {
+        assert!(text.contains(part), "no {part} in {text}");
+    }
+    let table = good(&["inspect", run, "--csv", "probe/tip/displacement"]);
+    assert!(
+        table.starts_with("time_s,probe_tip_displacement_x_m,probe_tip_displacement_y_m\n0.0,") && table.lines().count() == 7,
+        "{table}"
+    );
+    assert!(good(&["inspect", run, "--csv", "von_mises"]).lines().count() == 6 * 1152 + 1);
+    assert!(bad(2, &["inspect", run, "--csv", "von_mise"]).contains("did you mean `von_mises`"));
+    assert!(bad(2, &["inspect", "Cargo.toml"]).contains("cannot be read back"));
+}
+
+/// A limit on the size of files stands for a disk that fills up in the middle of a run.
+#[cfg(all(target_os = "linux", feature = "mcap"))]
+#[test]
+fn a_disk_that_fills_up_stops_the_run_or_not_as_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    for more in ["", "--keep-going"] {
+        let (run, tables) = (folder.path().join(format!("run{more}.mcap")), folder.path().join(format!("tables{more}")));
+        let command = format!(
+            "trap '' XFSZ; ulimit -f 300; exec {} run {} --until 4 --quiet --record {} --csv {} {more}",
+            env!("CARGO_BIN_EXE_matpoint"),
+            scene("cantilever.toml"),
+            run.display(),
+            tables.display(),
+        );
+        let output = Command::new("bash").args(["-c", &command]).output().unwrap();
+        assert_eq!(output.status.code(), Some(1), "{}{}", stdout(&output), stderr(&output));
+        let said = stderr(&output);
+        assert!(said.contains("File too large") && said.contains(".mcap") && !said.contains("panicked"), "{said}");
+        let history = std::fs::read_to_string(tables.join("history.csv")).unwrap();
+        let reached: f64 = history.lines().last().unwrap().split(',').next().unwrap().parse().unwrap();
+        assert_eq!(reached == 4.0, more == "--keep-going", "{more}: {reached}");
+        let text = good(&["inspect", run.to_str().unwrap()]);
+        assert!(text.contains("was cut off; all that could be read has its index again"), "{text}");
+    }
+}
+
+#[cfg(all(feature = "mcap", feature = "rerun", feature = "png"))]
+#[test]
+fn recordings_are_drawn_compared_replayed_and_gone_on_from() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let beam = scene("cantilever.toml");
+    good(&["run", &beam, "--until", "0.2", "--record", &file("a.mcap"), "--snapshots", "0.1", "--csv", &file("whole")]);
+    assert!(good(&["inspect", &file("a.mcap")]).contains("at 0.1, 0.2 s"));
+
+    good(&["inspect", &file("a.mcap"), "--png", &file("a.png"), "--frames", "4"]);
+    assert!(std::fs::read(file("a.png")).unwrap().starts_with(b"\x89PNG"));
+    let said = good(&["inspect", &file("a.mcap"), "--compare", &file("a.mcap")]);
+    assert!(said.contains("displacement [m]") && said.contains("0.2       0               0"), "{said}");
+
+    good(&["replay", &file("a.mcap"), "--to", "rrd"]);
+    assert!(good(&["inspect", &file("a.rrd")]).contains("frames, rows  11, 11"));
+    assert!(bad(2, &["replay", &file("a.mcap"), "--to", "rrd"]).contains("--force"));
+    assert!(bad(2, &["replay", &file("a.mcap"), "--to", "ros2"]).contains("ros2 bag play"));
+    assert!(bad(2, &["replay", &file("a.mcap"), "--to", "mcap"]).contains("itself"));
+
+    // The rest of the run gives the same bytes as the run that was not cut.
+    good(&["run", "--from", &format!("{}@0.1", file("a.mcap")), "--until", "0.2", "--csv", &file("rest")]);
+    assert!(std::fs::read(file("rest/particles.csv")).unwrap() == std::fs::read(file("whole/particles.csv")).unwrap());
+    assert!(bad(2, &["run", "--from", &format!("{}@0.15", file("a.mcap"))]).contains("no snapshot at 0.15 s"));
+    assert!(bad(2, &["run", "--from", "a.mcap"]).contains("RUN@TIME"));
 }
 
 #[cfg(not(feature = "rerun"))]
 #[test]
 fn recording_needs_the_feature() {
     assert!(bad(2, &["run", &scene("cantilever.toml"), "--record", "beam.rrd"]).contains("--features rerun"));
+    assert!(bad(2, &["run", &scene("cantilever.toml"), "--record", "beam.bag"]).contains("recordings end in"));
 }
 
 #[test]
@@ -166,8 +243,8 @@ fn faults_end_with_2_and_write_nothing() {
     assert!(run(&["--set", "nonsense"]).contains("KEY=VALUE"));
     assert!(run(&["--until", "-1"]).contains("positive"));
     assert!(run(&["--threads", "0"]).contains("threads"));
-    assert!(run(&["--picture", "beam.png"]).contains("does not end in `.svg`"));
-    assert!(run(&["--record", "beam.txt"]).contains("does not end in `.rrd`"));
+    assert!(run(&["--picture", "beam.jpg"]).contains("does not end in `.svg`"));
+    assert!(run(&["--record", "beam.txt"]).contains("recordings end in"));
     assert!(bad(2, &["run", "missing.toml", "--csv", csv]).contains("missing.toml"));
     assert!(!Path::new(csv).exists());
     let nowhere = folder.path().join("missing/last.svg");

@@ -199,7 +199,7 @@ fn pictures_in_every_dimension() {
         ("prescribed_pull.toml", ["von Mises stress [", "grip: y fixed; x moved"]),
         ("falling_block_3d.toml", ["z [m]", "floor: z fixed"]),
     ] {
-        let path = folder.path().join("last.svg");
+        let path = folder.path().join(name).with_extension("svg");
         let mut picture = PictureSink::new(&path);
         run(&mut simulation(name, &[]), 0.01, &mut [&mut picture], &mut |_| {}).unwrap();
         let svg = std::fs::read_to_string(&path).unwrap();

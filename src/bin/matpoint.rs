@@ -8,6 +8,7 @@ mod cli;
 
 use clap::{Args, Parser, Subcommand};
 use cli::Failure;
+use matpoint::record::{Precision, WhenFull};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -32,6 +33,21 @@ enum Command {
     /// Run a scene and record it.
     #[command(after_help = RUN_EXAMPLES)]
     Run(RunArgs),
+    /// Tell what is in a recording, draw it, compare it; repair one that was cut off.
+    #[command(after_help = "Examples:
+  matpoint inspect beam.mcap                     scene, method, frames, time, energy drift, events, variables
+  matpoint inspect beam.rrd --csv probe/tip/displacement > tip.csv
+  matpoint inspect beam.mcap --png beam.png --frames 6
+  matpoint inspect fine.mcap --compare coarse.mcap
+
+A recording that was cut off, because its process was killed or the disk was full, gets its index again; all that reached the disk is kept.")]
+    Inspect(InspectArgs),
+    /// Write a recording in another format.
+    #[command(after_help = "Examples:
+  matpoint replay beam.mcap --to rrd             writes beam.rrd
+  matpoint replay beam.rrd --to look/beam.pvd    for ParaView
+  ros2 bag play beam.mcap                        publishes it: .mcap recordings are bags")]
+    Replay(ReplayArgs),
     /// Find every fault of a scene without running it.
     #[command(after_help = "Examples:
   matpoint check beam.toml
@@ -61,16 +77,22 @@ enum StudyCommand {
 
 Exit codes: 0 every finding came out as known, 1 one did not, 2 a fault in the arguments.")]
     Papers(PapersArgs),
+    /// Draw the scenes of the gallery.
+    #[command(after_help = "Examples:
+  matpoint study gallery                         writes docs/gallery.md and docs/gallery/")]
+    Gallery(GalleryArgs),
 }
 
 const RUN_EXAMPLES: &str = "Examples:
   matpoint run beam.toml                                    only the summary
   matpoint run beam.toml --record beam.rrd                  then watch with: rerun beam.rrd
+  matpoint run beam.toml --record beam.mcap --snapshots 0.5 for ROS 2 and Foxglove, and to go on from
+  matpoint run --from beam.mcap@0.5 --record rest.mcap      goes on as if it had not been cut
   matpoint run beam.toml --csv out --picture out/beam.svg   tables and a picture
   matpoint run beam.toml --set material.rubber.young=2e6 --set grid.cell=0.1
   matpoint run beam.toml --until 0.5 --threads 4
 
-How often is recorded stands in the scene: record.every (frames), record.history (rows).";
+How often is recorded stands in the scene: record.every [s] or record.every_steps (frames), record.history [s] (rows).";
 
 #[derive(Args)]
 struct SceneArgs {
@@ -83,17 +105,47 @@ struct SceneArgs {
 
 #[derive(Args)]
 struct RunArgs {
-    #[command(flatten)]
-    scene: SceneArgs,
-    /// Record particles and curves for the Rerun viewer; the file ends in .rrd.
-    #[arg(long, value_name = "FILE.rrd")]
-    record: Option<PathBuf>,
+    /// Scene file: TOML, or JSON with the ending .json.
+    #[arg(required_unless_present = "from")]
+    scene: Option<PathBuf>,
+    /// Override a value of the scene, such as grid.cell=0.1; may be given several times.
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    overrides: Vec<(String, String)>,
+    /// Go on from a snapshot of a recording, such as beam.mcap@0.5, instead of starting a scene.
+    #[arg(long, value_name = "RUN@TIME", value_parser = snapshot, conflicts_with_all = ["scene", "overrides"])]
+    from: Option<(PathBuf, f64)>,
+    /// Record the run: .mcap for ROS 2 and Foxglove, .rrd for Rerun, .pvd for ParaView; may be given several times. A URL such as
+    /// rerun+http://127.0.0.1:9876/proxy shows the run in a Rerun viewer while it is computed.
+    #[arg(long, value_name = "FILE")]
+    record: Vec<PathBuf>,
     /// Write history.csv (energies, probes, reactions) and particles.csv (the last frame) to a folder.
     #[arg(long, value_name = "DIR")]
     csv: Option<PathBuf>,
-    /// Draw the last frame; the file ends in .svg.
-    #[arg(long, value_name = "FILE.svg")]
+    /// Draw the last frame; the file ends in .svg or .png.
+    #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
+    /// Write over recordings, tables and pictures that exist.
+    #[arg(long)]
+    force: bool,
+    /// What to record of each particle beside its position, such as velocity,stress,von_mises.
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    variables: Option<Vec<String>>,
+    /// Show the cells of the background grid that hold particles, in .rrd recordings.
+    #[arg(long)]
+    cells: bool,
+    /// How numbers of particles are recorded: f32 or f64.
+    #[arg(long, value_name = "f32|f64", default_value = "f32")]
+    precision: Precision,
+    /// Record a snapshot, from which --from can go on, about every so many simulated seconds, and at the end.
+    #[arg(long, value_name = "T", value_parser = seconds)]
+    snapshots: Option<f64>,
+    /// What happens when recording cannot keep up: the run waits, or frames are dropped and counted [default: wait for files, drop for a
+    /// viewer].
+    #[arg(long, value_name = "wait|drop")]
+    when_full: Option<WhenFull>,
+    /// Go on without a recording that fails, for example because the disk is full; the error is told at the end.
+    #[arg(long)]
+    keep_going: bool,
     /// Stop at this time [s] instead of time.end.
     #[arg(long, value_name = "T", value_parser = seconds, allow_negative_numbers = true)]
     until: Option<f64>,
@@ -103,6 +155,46 @@ struct RunArgs {
     /// Show no progress bar.
     #[arg(long, short)]
     quiet: bool,
+}
+
+#[derive(Args)]
+struct InspectArgs {
+    /// Recording: .mcap or .rrd.
+    run: PathBuf,
+    /// Print a variable as a table instead: its times, and particles where it is one of particles.
+    #[arg(long, value_name = "VARIABLE", group = "what")]
+    csv: Option<String>,
+    /// Draw it instead, without a display; the file ends in .png or .svg.
+    #[arg(long, visible_alias = "png", value_name = "FILE", group = "what")]
+    picture: Option<PathBuf>,
+    /// Frames to draw, on one sheet; the last one only if left out.
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "picture")]
+    frames: usize,
+    /// Print how far another recording is from it over time instead.
+    #[arg(long, value_name = "OTHER", group = "what")]
+    compare: Option<PathBuf>,
+    /// Write over a picture that exists.
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Args)]
+struct ReplayArgs {
+    /// Recording: .mcap or .rrd.
+    run: PathBuf,
+    /// rrd, mcap or vtk, for a file beside the recording; or a file that ends in .rrd, .mcap or .pvd.
+    #[arg(long, value_name = "FORMAT|FILE")]
+    to: PathBuf,
+    /// Write over a file that exists.
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Args)]
+struct GalleryArgs {
+    /// Folder for gallery.md and the folder gallery with its pictures.
+    #[arg(long, value_name = "DIR", default_value = "docs")]
+    out: PathBuf,
 }
 
 #[derive(Args)]
@@ -119,6 +211,11 @@ struct PapersArgs {
     /// Show no progress bar.
     #[arg(long, short)]
     quiet: bool,
+}
+
+fn snapshot(text: &str) -> Result<(PathBuf, f64), String> {
+    let split = text.rsplit_once('@').and_then(|(path, time)| Some((PathBuf::from(path), time.parse::<f64>().ok()?)));
+    split.filter(|(_, time)| time.is_finite()).ok_or_else(|| "expected RUN@TIME, such as beam.mcap@0.5".to_owned())
 }
 
 fn problem(text: &str) -> Result<String, String> {
@@ -146,6 +243,9 @@ fn seconds(text: &str) -> Result<f64, String> {
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Run(args) => cli::run(&args),
+        Command::Inspect(args) => cli::inspect(&args),
+        Command::Replay(args) => cli::replay(&args),
+        Command::Study(StudyCommand::Gallery(args)) => cli::gallery(&args),
         Command::Check(args) => cli::check(&args),
         Command::Describe(args) => cli::describe(&args),
         Command::Study(StudyCommand::Papers(args)) => cli::papers(&args),

@@ -1,12 +1,14 @@
 //! What the commands do. They see a scene and a simulation from outside, as any adapter does.
 
 mod describe;
+mod inspect;
 mod run;
 mod study;
 
 pub(crate) use describe::{check, describe, schema};
+pub(crate) use inspect::{inspect, replay};
 pub(crate) use run::run;
-pub(crate) use study::papers;
+pub(crate) use study::{gallery, papers};
 
 use crate::SceneArgs;
 use matpoint::Simulation;
@@ -24,13 +26,18 @@ pub(crate) enum Failure {
     /// A file name with an ending that nothing is written for.
     #[error("`{}` does not end in `.{ending}`: --{option} writes .{ending} files", path.display())]
     Ending { option: &'static str, path: PathBuf, ending: &'static str },
-    /// Recordings need a cargo feature that this program was built without.
-    #[cfg(not(feature = "rerun"))]
-    #[error("--record: this matpoint was built without Rerun; build it with `cargo build --release --features rerun`, or use --csv")]
-    NoRerun,
     /// A file cannot be opened; nothing was computed.
     #[error("{0}")]
     Open(RecordError),
+    /// A recording would be written over itself.
+    #[error("`{}` is the recording itself; --to takes another file", .0.display())]
+    Itself(PathBuf),
+    /// Publishing needs the node.
+    #[error("--to ros2: messages are published by ROS 2 itself; write an .mcap (--to mcap), then: ros2 bag play RUN.mcap")]
+    Ros2,
+    /// The gallery cannot be made.
+    #[error("{0}")]
+    Gallery(#[from] matpoint::study::GalleryError),
     /// The thread pool cannot be made.
     #[error("--threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -54,7 +61,9 @@ pub(crate) enum Failure {
 impl Failure {
     pub(crate) fn exit_code(&self) -> ExitCode {
         match self {
-            Self::Run { .. } | Self::Report(_) | Self::Unexpected { .. } | Self::Component(_) | Self::Output(_) => ExitCode::from(1),
+            Self::Run { .. } | Self::Gallery(_) | Self::Report(_) | Self::Unexpected { .. } | Self::Component(_) | Self::Output(_) => {
+                ExitCode::from(1)
+            }
             _ => ExitCode::from(2),
         }
     }

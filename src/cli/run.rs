@@ -1,11 +1,11 @@
 //! `matpoint run`.
 
-use super::{Failure, load, warn};
+use super::{Failure, warn};
 use crate::RunArgs;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use matpoint::Simulation;
 use matpoint::component::{ComponentError, Description};
-use matpoint::record::{self, CsvSink, EnergyWatch, PictureSink, Progress, RunError, Sink, Summary};
+use matpoint::record::{self, CsvSink, EnergyWatch, Options, Progress, Recording, RunError, Sink, Summary};
 use matpoint::text::{digits, duration, grouped, pairs, rate, si};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     if let Some(threads) = args.threads {
         rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
     }
-    let mut sim = load(&args.scene)?;
+    let mut sim = start(args)?;
     warn(sim.scene());
     let until = args.until.unwrap_or(sim.scene().time.end);
     let mut watch = EnergyWatch::default();
@@ -33,39 +33,44 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
     let outcome = record::run(&mut sim, until, &mut sinks, &mut |at| show(&bar, at, particles, start));
     bar.finish_and_clear();
     let written: Vec<PathBuf> = files.iter().flat_map(|sink| sink.files()).collect();
+    let dropped = files.iter().map(|sink| sink.dropped()).sum();
     let summary = outcome.map_err(|error| match error {
         RunError::Begin(error) => Failure::Open(error),
         error => Failure::Run { error, files: written.clone() },
     })?;
-    print(args, &mut sim, &summary, &watch, start.elapsed().as_secs_f64(), &written)
+    print(args, &mut sim, &summary, &watch, start.elapsed().as_secs_f64(), &written, dropped)
+}
+
+/// The simulation at its start: of a scene, or of a snapshot.
+fn start(args: &RunArgs) -> Result<Simulation, Failure> {
+    let Some((path, time)) = &args.from else {
+        return Ok(Simulation::load(args.scene.as_deref().unwrap_or(Path::new("")), &args.overrides)?);
+    };
+    let (scene, snapshot) = Recording::open(path).and_then(|recording| recording.snapshot(*time)).map_err(Failure::Open)?;
+    let mut sim = scene.build()?;
+    sim.restore(&snapshot.bytes)?;
+    Ok(sim)
 }
 
 /// The sinks asked for. No file is opened yet; a stream that cannot be undone comes last.
 fn file_sinks(args: &RunArgs) -> Result<Vec<Box<dyn Sink>>, Failure> {
-    let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
-    if let Some(folder) = &args.csv {
-        sinks.push(Box::new(CsvSink::new(folder)));
+    let options = Options {
+        force: args.force,
+        variables: args.variables.clone(),
+        precision: args.precision,
+        snapshots: args.snapshots,
+        when_full: args.when_full,
+        keep_going: args.keep_going,
+        cells: args.cells,
+        ..Options::default()
+    };
+    if let Some(path) = args.picture.as_ref().filter(|path| !["svg", "png"].iter().any(|e| path.extension().is_some_and(|x| x == *e))) {
+        return Err(Failure::Ending { option: "picture", path: path.clone(), ending: "svg" });
     }
-    if let Some(path) = &args.picture {
-        ends_in("picture", path, "svg")?;
-        sinks.push(Box::new(PictureSink::new(path)));
-    }
-    if let Some(path) = &args.record {
-        ends_in("record", path, "rrd")?;
-        #[cfg(not(feature = "rerun"))]
-        return Err(Failure::NoRerun);
-        #[cfg(feature = "rerun")]
-        sinks.push(Box::new(record::RerunSink::new(path)));
-    }
-    Ok(sinks)
-}
-
-fn ends_in(option: &'static str, path: &Path, ending: &'static str) -> Result<(), Failure> {
-    if path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending)) {
-        Ok(())
-    } else {
-        Err(Failure::Ending { option, path: path.to_path_buf(), ending })
-    }
+    // A folder may have a dot in its name.
+    let tables = args.csv.iter().map(|folder| Box::new(CsvSink::new(folder).force(args.force)) as Box<dyn Sink>);
+    let others = args.picture.iter().chain(&args.record).map(|path| record::sink_for(path, &options).map_err(Failure::Open));
+    tables.map(Ok).chain(others).collect()
 }
 
 /// A bar on stderr; indicatif draws nothing where that is no terminal.
@@ -95,6 +100,7 @@ fn print(
     watch: &EnergyWatch,
     wall: f64,
     files: &[PathBuf],
+    dropped: u64,
 ) -> Result<(), Failure> {
     let description = sim.describe();
     let particle_steps = summary.substeps as f64 * description.particles as f64;
@@ -132,11 +138,19 @@ fn print(
     for file in files {
         writeln!(out, "wrote {}", file.display())?;
     }
-    let scene = args.scene.scene.display();
-    match (&args.record, files.is_empty()) {
-        (Some(path), _) => writeln!(out, "open with: rerun {}", path.display())?,
-        (None, true) => writeln!(out, "nothing recorded; to see it: matpoint run {scene} --picture last.svg")?,
-        (None, false) => {}
+    if dropped > 0 {
+        writeln!(out, "{dropped} frames and rows dropped: the recording could not keep up")?;
+    }
+    for path in &args.record {
+        match path.extension().and_then(|ending| ending.to_str()) {
+            Some("rrd") => writeln!(out, "open with: rerun {}", path.display())?,
+            Some("pvd") => writeln!(out, "open with: paraview {}", path.display())?,
+            Some("mcap") => writeln!(out, "open with: foxglove-studio {0}, or: ros2 bag play {0}", path.display())?,
+            _ => {}
+        }
+    }
+    if let (Some(scene), true, true) = (&args.scene, files.is_empty(), args.record.is_empty()) {
+        writeln!(out, "nothing recorded; to see it: matpoint run {} --picture last.svg", scene.display())?;
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! `matpoint study`.
 
 use super::Failure;
-use crate::PapersArgs;
+use crate::{GalleryArgs, PapersArgs};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use matpoint::study::papers::{self, Effort};
 use matpoint::study::{Progress, Verdict};
@@ -45,6 +45,22 @@ pub(crate) fn papers(args: &PapersArgs) -> Result<(), Failure> {
         writeln!(out, "read: {}", text.display())?;
     }
     if unexpected > 0 { Err(Failure::Unexpected { count: unexpected }) } else { Ok(()) }
+}
+
+/// Draws the scenes of the gallery.
+pub(crate) fn gallery(args: &GalleryArgs) -> Result<(), Failure> {
+    let start = Instant::now();
+    let bar = ProgressBar::new_spinner();
+    let files = matpoint::study::gallery(&args.out, &mut |name| {
+        bar.set_message(name.to_owned());
+        bar.tick();
+    });
+    bar.finish_and_clear();
+    let files = files?;
+    let mut out = std::io::stdout().lock();
+    files.iter().try_for_each(|file| writeln!(out, "wrote {}", file.display()))?;
+    writeln!(out, "{} files in {}", files.len(), duration(start.elapsed().as_secs_f64()))?;
+    Ok(())
 }
 
 /// A bar on stderr; indicatif draws nothing where that is no terminal.

@@ -39,6 +39,8 @@ pub struct Simulation {
     outputs: Outputs,
     /// State before the step under way.
     backup: State,
+    /// Iterations of the solver of the mass matrix since the simulation was made.
+    iterations: u64,
 }
 
 // adapters move a simulation between threads
@@ -93,7 +95,36 @@ impl Simulation {
         let exact = scene.exact.as_ref().map(|e| Exact::new(e, model.dimension)).transpose().map_err(|m| fault("exact", m))?;
         let initial = solver.measure(&model, &mut state).map_err(|e| fault("body", e.to_string()))?;
         let outputs = Outputs::new(&model, &state, exact.as_ref());
-        Ok(Self { scene, model, state, solver, stable_step, exact, initial, outputs, backup: State::default() })
+        Ok(Self { scene, model, state, solver, stable_step, exact, initial, outputs, backup: State::default(), iterations: 0 })
+    }
+
+    /// A simulation of the same scene that takes over states of this one; it is in none until then.
+    pub(crate) fn twin(&self) -> Self {
+        let mut state = self.state.clone();
+        Self {
+            scene: self.scene.clone(),
+            model: self.model.clone(),
+            solver: Solver::new(&self.model, &mut state),
+            state: State::default(),
+            stable_step: self.stable_step,
+            outputs: Outputs::new(&self.model, &self.state, self.exact.as_ref()),
+            exact: self.exact.clone(),
+            initial: self.initial.clone(),
+            backup: State::default(),
+            iterations: 0,
+        }
+    }
+
+    /// Copies the state.
+    pub(crate) fn copy_state(&self, to: &mut State) {
+        self.state.copy_to(to);
+    }
+
+    /// Takes over a state of a simulation of the same scene, and gives its own.
+    pub(crate) fn exchange_state(&mut self, state: &mut State) {
+        std::mem::swap(&mut self.state, state);
+        self.solver.forget(&self.model);
+        self.outputs.outdate();
     }
 
     /// Does it wrong on purpose, to show what comes of it.
@@ -119,11 +150,24 @@ impl Simulation {
         self.state.steps
     }
 
+    /// Iterations of the solver of the mass matrix since the simulation was made; 0 with lumped mass.
+    pub fn iterations(&self) -> u64 {
+        self.iterations
+    }
+
     /// Largest stable substep \[s\]: the stable step of the scene at time 0, less what waves and particles have gained in speed since
     /// (with a fixed step: what they had at time 0). Where particles have moved to other places in their cells it may be lower, down to
     /// half with one particle a cell; `cfl` is there to leave room for that.
     pub fn max_step(&self) -> f64 {
         self.stable_step * self.state.pace
+    }
+
+    /// The substep that a step of many would begin with \[s\].
+    pub fn usual_step(&self) -> f64 {
+        match self.model.pace {
+            Pace::Fixed(step) => step,
+            Pace::Cfl(share) => share * self.max_step(),
+        }
     }
 
     /// Moves time by `dt` \[s\], in as many substeps as are needed, and lands exactly on the new time.
@@ -185,6 +229,7 @@ impl Simulation {
         self.state.time = end;
         self.solver.end(&self.model, &mut self.state);
         let (substeps, iterations) = (self.state.steps - first, self.solver.iterations());
+        self.iterations += iterations;
         Ok(Report { time: end, substeps, smallest_step: smallest, iterations })
     }
 

@@ -6,17 +6,20 @@ use crate::component::{Causality, Description, Variable};
 pub(super) const SYMMETRIC: [(&str, usize, usize); 6] =
     [("xx", 0, 0), ("yy", 1, 1), ("zz", 2, 2), ("yz", 1, 2), ("xz", 0, 2), ("xy", 0, 1)];
 
+/// The components of any 3x3 tensor in C-order.
+const FULL: [&str; 9] = ["xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"];
+
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// A variable of the history: an energy, a momentum, a probe, a reaction or an error.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Series {
+pub(crate) struct Series {
     /// Name, as `get` takes it.
-    pub(super) variable: String,
+    pub(crate) variable: String,
     /// SI unit, empty for pure numbers.
-    pub(super) unit: &'static str,
+    pub(crate) unit: &'static str,
     /// Label (empty for a scalar) and index of each value that is written.
-    pub(super) components: Vec<(&'static str, usize)>,
+    pub(crate) components: Vec<(&'static str, usize)>,
 }
 
 /// All series of a simulation, in the order of its variables.
@@ -27,6 +30,11 @@ pub(super) fn series(description: &Description) -> Vec<Series> {
 }
 
 impl Series {
+    /// A series of one number.
+    pub(super) fn scalar(variable: &str, unit: &'static str) -> Self {
+        Self { variable: variable.into(), unit, components: vec![("", 0)] }
+    }
+
     /// Column names with units, such as `probe_tip_displacement_x_m`.
     pub(super) fn headers(&self) -> impl Iterator<Item = String> + '_ {
         self.components.iter().map(|(label, _)| header(&self.variable, label, self.unit))
@@ -37,6 +45,8 @@ impl Series {
 pub(super) fn components(variable: &str, shape: &[usize]) -> Vec<(&'static str, usize)> {
     match *shape {
         [] => vec![("", 0)],
+        // The one tensor that is not symmetric.
+        [3, 3] if variable.ends_with("/deformation_gradient") => FULL.iter().enumerate().map(|(index, &label)| (label, index)).collect(),
         [3, 3] => SYMMETRIC.iter().map(|&(label, row, column)| (label, 3 * row + column)).collect(),
         [2] if variable.starts_with("error/") => vec![("rms", 0), ("max", 1)],
         // The only component of an angular momentum in the plane points out of it.
@@ -52,6 +62,11 @@ pub(super) fn header(variable: &str, label: &str, unit: &str) -> String {
     let unit = unit.replace('/', "_per_").replace([' ', '*', '.'], "_").replace('^', "");
     let name = variable.replace('/', "_");
     [name.as_str(), label, unit.as_str()].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join("_")
+}
+
+/// A name as a CSV field: in quotes where it holds a comma, a quote or a line end.
+pub(super) fn quoted(name: &str) -> String {
+    if name.contains([',', '"', '\n', '\r']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() }
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Tables: `history.csv` (a row a record time) and `particles.csv` (the last frame).
 
-use super::columns::{self, SYMMETRIC, Series};
+use super::columns::{self, SYMMETRIC, Series, quoted};
+use super::options::free;
 use super::particles::von_mises;
 use super::{RecordError, Sink};
 use crate::Simulation;
@@ -18,18 +19,25 @@ pub struct CsvSink {
     particles: Option<Draft>,
     line: String,
     files: Vec<PathBuf>,
+    force: bool,
 }
 
 impl CsvSink {
     /// A sink for `folder`, which is made when the run starts.
     pub fn new(folder: impl AsRef<Path>) -> Self {
         let folder = folder.as_ref().to_path_buf();
-        Self { folder, series: Vec::new(), history: None, particles: None, line: String::new(), files: Vec::new() }
+        Self { folder, series: Vec::new(), history: None, particles: None, line: String::new(), files: Vec::new(), force: false }
+    }
+
+    /// Whether tables that are there are written over.
+    pub fn force(self, force: bool) -> Self {
+        Self { force, ..self }
     }
 }
 
 impl Sink for CsvSink {
     fn begin(&mut self, sim: &mut Simulation) -> Result<(), RecordError> {
+        ["history.csv", "particles.csv"].iter().try_for_each(|name| free(&self.folder.join(name), self.force))?;
         std::fs::create_dir_all(&self.folder).map_err(RecordError::write(&self.folder))?;
         let mut history = Draft::create(&self.folder.join("history.csv"))?;
         self.particles = Some(Draft::create(&self.folder.join("particles.csv"))?);
@@ -115,11 +123,6 @@ fn write_particles(sim: &mut Simulation, out: &mut Draft) -> Result<(), RecordEr
 fn number(line: &mut String, value: f64) {
     // Writing to a String cannot fail.
     let _ = write!(line, "{value:?}");
-}
-
-/// A name as a CSV field: in quotes where it holds a comma, a quote or a line end.
-fn quoted(name: &str) -> String {
-    if name.contains([',', '"', '\n', '\r']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() }
 }
 
 #[cfg(test)]

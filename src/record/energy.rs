@@ -13,6 +13,13 @@ pub struct EnergyWatch {
 }
 
 impl EnergyWatch {
+    /// Takes note of the energies at a time \[J\].
+    pub fn see(&mut self, kinetic: f64, strain: f64, total: f64) {
+        self.last = total;
+        self.first.get_or_insert(total);
+        self.largest = self.largest.max(kinetic + strain);
+    }
+
     /// Change of the total energy since the start, relative to the largest kinetic plus strain energy seen. Zero where there
     /// was no energy at all.
     pub fn drift(&self) -> f64 {
@@ -28,9 +35,8 @@ impl Sink for EnergyWatch {
 
     fn history(&mut self, sim: &mut Simulation, _: u64) -> Result<(), RecordError> {
         let mut scalar = |name| Ok::<f64, ComponentError>(sim.get(name)?.first().copied().unwrap_or(0.0));
-        self.last = scalar("energy/total")?;
-        self.first.get_or_insert(self.last);
-        self.largest = self.largest.max(scalar("energy/kinetic")? + scalar("energy/strain")?);
+        let [kinetic, strain, total] = [scalar("energy/kinetic")?, scalar("energy/strain")?, scalar("energy/total")?];
+        self.see(kinetic, strain, total);
         Ok(())
     }
 }

@@ -9,6 +9,11 @@ pub(super) fn von_mises(s: &[f64]) -> f64 {
     (0.5 * normal + 3.0 * shear).sqrt()
 }
 
+/// Pressure \[Pa\] of a 3x3 stress in C-order, positive in compression.
+pub(super) fn pressure(s: &[f64]) -> f64 {
+    -(s[0] + s[4] + s[8]) / 3.0
+}
+
 /// Von Mises stress \[Pa\] of every particle.
 pub(super) fn all_von_mises(stress: &[f64]) -> Vec<f64> {
     stress.chunks_exact(9).map(von_mises).collect()

@@ -1,17 +1,17 @@
 //! Sinks together with the times at which they are due.
 
-use super::{RecordError, Sink};
+use super::{Level, RecordError, Sink};
 use crate::Simulation;
 use std::path::PathBuf;
 
 /// Records a simulation that somebody steps: offer it after each step, and the sinks get what is due.
 ///
-/// Frames and rows are due at the whole multiples of their periods, at the start and at the end. A step that leaps over several multiples
-/// is recorded once.
+/// Frames and rows are due at the whole multiples of their periods (seconds, or substeps), at the start and at the end. A step that leaps over
+/// several multiples is recorded once.
 pub struct Recorder<'s> {
     sinks: Vec<Box<dyn Sink + 's>>,
-    frames: Ticks,
-    rows: Ticks,
+    frames: Cadence,
+    rows: Cadence,
     /// Time of the last frame and row \[s\].
     last: [f64; 2],
 }
@@ -28,20 +28,23 @@ impl<'s> Recorder<'s> {
         history: Option<f64>,
     ) -> Result<Self, RecordError> {
         let record = &sim.scene().record;
-        let history = history.or(every).or(record.history);
-        let every = every.or(record.every).unwrap_or(sim.scene().time.end / 100.0);
-        let history = history.unwrap_or(every);
-        let (frames, rows) = (Ticks::after(sim.time(), every), Ticks::after(sim.time(), history));
+        let period = |every: f64| Cadence::Time(Ticks::after(sim.time(), every));
+        let frames = match (every.or(record.every), record.every_steps) {
+            (Some(every), _) => period(every),
+            (None, Some(count)) => Cadence::Steps { count, index: sim.steps() / count + 1 },
+            (None, None) => period(sim.scene().time.end / 100.0),
+        };
+        let rows = history.or(every).or(record.history).map_or(frames, period);
         let mut recorder = Self { sinks, frames, rows, last: [f64::NAN; 2] };
         recorder.sinks.iter_mut().try_for_each(|sink| sink.begin(sim))?;
         recorder.record(sim, true, true)?;
         Ok(recorder)
     }
 
-    /// Next time at which something is due, `until` at the latest \[s\]. What is due a billionth of a period before `until` waits for it.
-    pub fn next(&self, until: f64) -> f64 {
-        let next = self.frames.time().min(self.rows.time());
-        if next < until - 1e-9 * self.frames.period.min(self.rows.period) { next } else { until }
+    /// Next time at which something is due, `until` at the latest \[s\]. What is due a billionth of a period before `until` waits for it. Where
+    /// substeps are counted, it is the time at which so many will have been taken if none gets shorter.
+    pub fn next(&self, sim: &Simulation, until: f64) -> f64 {
+        sooner([self.frames, self.rows].map(|cadence| cadence.next(sim.time(), sim.steps(), sim.usual_step())), until)
     }
 
     /// Records what is due at the time of `sim`.
@@ -49,8 +52,21 @@ impl<'s> Recorder<'s> {
     /// # Errors
     /// A sink that cannot be written.
     pub fn offer(&mut self, sim: &mut Simulation) -> Result<(), RecordError> {
-        let (frame, row) = (self.frames.passed(sim.time()), self.rows.passed(sim.time()));
+        let (frame, row) = (self.frames.passed(sim.time(), sim.steps()), self.rows.passed(sim.time(), sim.steps()));
         self.record(sim, frame, row)
+    }
+
+    /// Tells those who will look at the recordings what happened.
+    ///
+    /// # Errors
+    /// A sink that cannot be written.
+    pub fn event(&mut self, sim: &Simulation, level: Level, text: &str) -> Result<(), RecordError> {
+        self.sinks.iter_mut().try_for_each(|sink| sink.event(sim, level, text))
+    }
+
+    /// Frames and rows that were not recorded because the recordings could not keep up.
+    pub fn dropped(&self) -> u64 {
+        self.sinks.iter().map(|sink| sink.dropped()).sum()
     }
 
     /// Records the last state, unless it is recorded, and closes the sinks. Gives the files that are complete.
@@ -83,8 +99,47 @@ impl<'s> Recorder<'s> {
     }
 }
 
+/// The first of two times, given with their periods, unless `until` comes first.
+fn sooner([(first, period), (second, other)]: [(f64, f64); 2], until: f64) -> f64 {
+    let next = first.min(second);
+    if next < until - 1e-9 * period.min(other) { next } else { until }
+}
+
+/// When something is due.
+#[derive(Debug, Clone, Copy)]
+enum Cadence {
+    Time(Ticks),
+    /// Each `count` substeps; `index` multiples of it will have been taken at the next.
+    Steps {
+        count: u64,
+        index: u64,
+    },
+}
+
+impl Cadence {
+    /// The next time and the time between two, seen from time and substeps of now with substeps of `step` to come.
+    fn next(self, time: f64, steps: u64, step: f64) -> (f64, f64) {
+        match self {
+            Self::Time(ticks) => (ticks.time(), ticks.period),
+            Self::Steps { count, index } => (time + (index * count).saturating_sub(steps).max(1) as f64 * step, count as f64 * step),
+        }
+    }
+
+    /// Whether one is due, now that it is `time` and `steps` substeps were taken; counts on, also where a restored simulation goes back.
+    fn passed(&mut self, time: f64, steps: u64) -> bool {
+        match self {
+            Self::Time(ticks) => ticks.passed(time),
+            Self::Steps { count, index } => {
+                let next = steps / *count + 1;
+                std::mem::replace(index, next) != next
+            }
+        }
+    }
+}
+
 /// Whole multiples of a period.
-struct Ticks {
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ticks {
     period: f64,
     /// The next one.
     index: u64,
@@ -92,7 +147,7 @@ struct Ticks {
 
 impl Ticks {
     /// The first multiple after `start` is next.
-    fn after(start: f64, period: f64) -> Self {
+    pub(super) fn after(start: f64, period: f64) -> Self {
         Self { period, index: Self::first_after(start, period) }
     }
 
@@ -106,7 +161,7 @@ impl Ticks {
     }
 
     /// Whether `time` has passed a multiple since the last call, in either direction: a restored simulation goes back.
-    fn passed(&mut self, time: f64) -> bool {
+    pub(super) fn passed(&mut self, time: f64) -> bool {
         let next = Self::first_after(time, self.period);
         std::mem::replace(&mut self.index, next) != next
     }
@@ -118,13 +173,12 @@ mod tests {
 
     /// Stops of a run: time, frame, row.
     fn stops(start: f64, until: f64, every: f64, history: f64) -> Vec<(f64, bool, bool)> {
-        let (frames, rows) = (Ticks::after(start, every), Ticks::after(start, history));
-        let mut recorder = Recorder { sinks: Vec::new(), frames, rows, last: [start; 2] };
+        let [mut frames, mut rows] = [every, history].map(|period| Cadence::Time(Ticks::after(start, period)));
         let mut stops = Vec::new();
         let mut time = start;
         while time < until {
-            time = recorder.next(until);
-            stops.push((time, recorder.frames.passed(time), recorder.rows.passed(time)));
+            time = sooner([frames, rows].map(|cadence| cadence.next(time, 0, 1.0)), until);
+            stops.push((time, frames.passed(time, 0), rows.passed(time, 0)));
         }
         stops
     }
@@ -148,6 +202,15 @@ mod tests {
     fn goes_on_from_any_time_and_stops_at_once_when_there() {
         assert_eq!(stops(0.3, 0.45, 0.1, 0.1), [(0.4, true, true), (0.45, false, false)]);
         assert_eq!(stops(1.0, 1.0, 0.1, 0.1), []);
+    }
+
+    #[test]
+    fn substeps_are_counted_too() {
+        let mut every_ten = Cadence::Steps { count: 10, index: 1 };
+        // 7 were taken, 3 are left.
+        assert_eq!(every_ten.next(0.7, 7, 0.1).0, 0.7 + 3.0 * 0.1);
+        assert!(!every_ten.passed(0.9, 9) && every_ten.passed(1.1, 11) && !every_ten.passed(1.9, 19) && every_ten.passed(4.0, 40));
+        assert_eq!(every_ten.next(4.0, 40, 0.1).0, 4.0 + 10.0 * 0.1);
     }
 
     #[test]

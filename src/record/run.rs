@@ -1,6 +1,6 @@
 //! The driver: from record time to record time until the end.
 
-use super::{RecordError, Recorder, Sink};
+use super::{Level, RecordError, Recorder, Sink};
 use crate::Simulation;
 use crate::component::{Report, StepError};
 
@@ -60,7 +60,7 @@ pub enum RunError {
 }
 
 /// Steps `sim` from where it is to the time `until` \[s\] and offers frames and rows to `sinks` on the way, at the whole multiples
-/// of `record.every` and `record.history` of its scene, at the start and at the end. `progress` is called at the start and after every
+/// of `record.every` (or `every_steps`) and `record.history` of its scene, at the start and at the end. `progress` is called at the start and after every
 /// stop.
 ///
 /// # Errors
@@ -70,6 +70,10 @@ pub fn run(sim: &mut Simulation, until: f64, sinks: &mut [&mut dyn Sink], progre
     let mut recorder = Recorder::begin(sim, sinks, None, None).map_err(RunError::Begin)?;
     let mut summary = Summary::new(sim.time());
     let outcome = step_and_record(sim, until, &mut recorder, progress, &mut summary);
+    if let Err(RunError::Step(error)) = &outcome {
+        // The step is what failed; a sink that fails as well says so below.
+        let _ = recorder.event(sim, Level::Error, &error.to_string());
+    }
     // After a failure too: what was recorded so far stays valid. The first error is the one worth telling.
     let finished = recorder.finish(sim);
     outcome?;
@@ -91,7 +95,7 @@ fn step_and_record(
             return Ok(());
         }
         // From where the simulation is, not from the last stop: round-off does not add up.
-        let report = sim.step(recorder.next(until) - sim.time())?;
+        let report = sim.step(recorder.next(sim, until) - sim.time())?;
         summary.add(&report);
         recorder.offer(sim).map_err(RunError::Record)?;
     }

@@ -192,6 +192,10 @@ impl<'a> Check<'a> {
 
     fn record(&mut self) {
         let record = &self.scene.record;
+        if let Some(steps) = record.every_steps {
+            self.require(steps > 0, "record.every_steps", || "is 0; must be at least 1".into());
+            self.require(record.every.is_none(), "record.every_steps", || "is given beside `every`; give one of the two".into());
+        }
         for (path, every) in [("record.every", record.every), ("record.history", record.history)] {
             if let Some(every) = every
                 && self.positive(path, every)

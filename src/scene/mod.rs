@@ -365,7 +365,10 @@ pub struct Record {
     /// Time between particle frames \[s\]; a hundredth of the run if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every: Option<f64>,
-    /// Time between rows of energies and probes \[s\]; as `every` if left out.
+    /// Substeps between particle frames, instead of `every`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub every_steps: Option<u64>,
+    /// Time between rows of energies and probes \[s\]; with the frames if left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub history: Option<f64>,
 }

@@ -31,11 +31,13 @@
 
 pub mod chart;
 pub mod cloud;
+mod gallery;
 pub mod papers;
 pub mod report;
 pub mod runner;
 
 pub use chart::{Axis, Chart, Panel, Series, Style};
 pub use cloud::{Cloud, View};
+pub use gallery::{GalleryError, gallery};
 pub use report::{Cell, Drawing, Figure, Finding, Report, Section, Table, Verdict};
 pub use runner::{Job, Progress, Run, Runs, run, value};

@@ -101,7 +101,7 @@ def test_a_recording_does_not_change_the_run(tmp_path: Path) -> None:
 
 
 def test_recordings_that_cannot_be_made(sim: Simulation, tmp_path: Path) -> None:
-    with pytest.raises(RecordError, match="recordings end in .rrd"):
+    with pytest.raises(RecordError, match="recordings end in .mcap"):
         sim.record(tmp_path / "run.bag")
     for name in ("none/run.svg", "none/run.rrd"):
         with pytest.raises(RecordError, match="cannot write"):

@@ -11,18 +11,22 @@ HZ = 60
 
 def receive(domain, scene, parameters, reliability, seconds, scene_args=(), depth=5, buffer=False):
     """What the receiver printed, and how the node ended. `buffer` gives the receiver 4 MiB to receive into."""
-    more = {"FASTRTPS_DEFAULT_PROFILES_FILE": HERE / "receive_buffer_4MiB.xml"} if buffer else {}
+    # Jazzy looks into the first of these, Kilted into the second.
+    names = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
+    more = dict.fromkeys(names, HERE / "receive_buffer_4MiB.xml") if buffer else {}
     env = environment(domain, **more)
     command = [sys.executable, str(HERE / "receiver.py"), "/matpoint/particles", reliability, str(seconds), "--depth", str(depth)]
     receiver = subprocess.Popen(command, env=env, stdout=subprocess.PIPE, text=True)
-    assert receiver.stdout.readline() == "ready\n"
-    node = Node(domain, scene, parameters={"particles.rate": 0.0, "particles.reliability": reliability, **parameters}, args=scene_args)
+    node = None
     try:
+        assert receiver.stdout.readline() == "ready\n"
+        node = Node(domain, scene, parameters={"particles.rate": 0.0, "particles.reliability": reliability, **parameters}, args=scene_args)
         out, _ = receiver.communicate(timeout=seconds + 60)
         assert receiver.returncode == 0
     finally:
         receiver.kill()
-        node.stop(within=30)
+        if node:
+            node.stop(within=30)
     return json.loads(out), node
 
 

@@ -4,6 +4,7 @@ import itertools
 import os
 import pathlib
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -15,8 +16,6 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 NODE = os.environ.get("MATPOINT_NODE", str(ROOT / "target" / "release" / "matpoint-node"))
 SCENES = HERE / "scenes"
-# Domains up to 101 keep clear of the ports that Linux hands out; two test runs at once meet seldom.
-DOMAINS = itertools.cycle(1 + (os.getpid() * 7 + i) % 100 for i in range(100))
 PATIENCE = 15.0  # [s] for discovery and answers on a loaded machine
 
 
@@ -25,6 +24,20 @@ def environment(domain, **more):
     env.pop("ROS_LOCALHOST_ONLY", None)
     env.update({k: str(v) for k, v in more.items()})
     return env
+
+
+def free(domain):
+    """Whether nobody is there: the first participant of a domain takes this port."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.bind(("", 7400 + 250 * domain + 10))
+        except OSError:
+            return False
+    return True
+
+
+# Those up to 101 keep clear of the ports that Linux hands out. Each process begins elsewhere: two test runs at once do not meet.
+DOMAINS = filter(free, itertools.cycle(1 + (os.getpid() * 7 + i) % 100 for i in range(100)))
 
 
 class Node:
@@ -96,6 +109,12 @@ class Peer:
         self.node.create_subscription(kind, topic, messages.append, qos)
         return messages
 
+    def listen_timed(self, kind, topic, qos=10):
+        """Like `listen`, with the wall time [s] at which each was sent."""
+        messages = []
+        self.node.create_subscription(kind, topic, lambda m, info: messages.append((m, 1e-9 * info["source_timestamp"])), qos)
+        return messages
+
     def client(self, kind, name):
         client = self.node.create_client(kind, name)
         assert client.wait_for_service(PATIENCE), f"no service {name}"
@@ -137,6 +156,22 @@ def start(domain):
 
 
 @pytest.fixture
+def beside(domain):
+    """Runs Python code in processes that end with the test; each says "ready" first."""
+    processes = []
+
+    def begin(code, env=None):
+        processes.append(subprocess.Popen([sys.executable, "-c", code], env=env or environment(domain), stdout=subprocess.PIPE, text=True))
+        assert processes[-1].stdout.readline() == "ready\n"
+        return processes[-1]
+
+    yield begin
+    for process in processes:
+        process.kill()
+        process.wait()
+
+
+@pytest.fixture
 def peer(domain):
     peer = Peer(domain)
     yield peer
@@ -145,3 +180,12 @@ def peer(domain):
 
 def seconds(stamp):
     return stamp.sec + 1e-9 * stamp.nanosec
+
+
+def pace(timed):
+    """Simulated over wall time, of pairs of both [s]. The least lag of the first quarter against that of the last: a lag that the node makes
+    up for does not count, nor does the time that a message took to come here. Both happen on a machine that others use too."""
+    quarter = len(timed) // 4
+    first, last = timed[:quarter], timed[-quarter:]
+    lost = min(wall - time for time, wall in last) - min(wall - time for time, wall in first)
+    return 1.0 - lost / (last[0][1] - first[0][1])

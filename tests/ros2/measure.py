@@ -1,6 +1,6 @@
 """Measures what test_clouds.py can only bound on a machine that others use too, and prints a table.
 
-    target/ros2/jazzy/bin/python tests/ros2/measure.py [clouds|limits|latency]
+    target/ros2/jazzy/bin/python tests/ros2/measure.py [clouds] [limits]
 """
 
 import itertools

@@ -3,13 +3,15 @@
 `ros2 bag` itself is not on PyPI: real rclpy receives the serialised messages, and `rosbags` writes them as rosbag2 does.
 """
 
+import os
+
 from conftest import ROOT, seconds
 from rosbags.rosbag2 import Reader, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 
 def types():
-    store = get_typestore(Stores.ROS2_JAZZY)
+    store = get_typestore(Stores[f"ROS2_{os.environ.get('ROS_DISTRO_UNDER_TEST', 'jazzy').upper()}"])
     new = {}
     for path in (ROOT / "msgs" / "msg").glob("*.msg"):
         new.update(get_types_from_msg(path.read_text(), f"matpoint_msgs/msg/{path.stem}"))
@@ -27,9 +29,12 @@ def test_a_bag_of_all_topics_is_readable_and_complete(start, peer, tmp_path):
     start(parameters={"step": 0.02, "particles.rate": 0.0})
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     topics = {"/clock": Clock, "/matpoint/state": ComponentState, "/matpoint/particles": PointCloud2, "/matpoint/scene": SceneDescription}
-    received = []
+    received, numbers = [], {name: [] for name in topics}
     for name, kind in topics.items():
-        take = lambda data, name=name: received.append((name, peer.node.get_clock().now().nanoseconds, bytes(data)))  # noqa: E731
+        def take(data, info, name=name):
+            received.append((name, peer.node.get_clock().now().nanoseconds, bytes(data)))
+            numbers[name].append(info["publication_sequence_number"])
+
         peer.node.create_subscription(kind, name, take, latched if kind is SceneDescription else 50, raw=True)
     peer.until(lambda: {name for name, _, _ in received} == set(topics), what="every topic")
     peer.spin(3.0)
@@ -48,8 +53,10 @@ def test_a_bag_of_all_topics_is_readable_and_complete(start, peer, tmp_path):
     assert {name: len(m) for name, m in messages.items()} == {name: sum(r[0] == name for r in received) for name in topics}
     [scene] = messages["/matpoint/scene"]
     assert scene.particles == 1152 and "particle/stress" in [v.name for v in scene.variables]
+    # A node that must wait for the processor skips a state for a newer one; what it sent has come.
+    assert all(n == list(range(n[0], n[0] + len(n))) for n in numbers.values()), "no message is missing"
     steps = [s.steps for s in messages["/matpoint/state"]]
-    assert len(steps) > 100 and steps == list(range(steps[0], steps[0] + len(steps))), "no state is missing"
+    assert len(steps) > 100 and steps == sorted(set(steps)) and steps[-1] - steps[0] < 1.5 * len(steps)
     by_time = {seconds(c.header.stamp): c for c in messages["/matpoint/particles"]}
     assert len(by_time) > 100 and all(c.width * c.point_step == len(c.data) for c in by_time.values())
     assert all(abs(seconds(s.header.stamp) - 0.02 * s.steps) < 1e-6 for s in messages["/matpoint/state"])

@@ -1,8 +1,6 @@
 """The core topics with Cyclone DDS, by its Python binding: it knows the conventions of ROS on the wire, and nothing of Fast DDS."""
 
 import json
-import subprocess
-import sys
 
 from conftest import environment
 
@@ -85,12 +83,11 @@ print(json.dumps({"got": got, "clocks": clocks, "fields": fields, "whole": whole
 '''
 
 
-def test_particles_clock_and_loads_with_cyclone_dds(start, peer, domain):
+def test_particles_clock_and_loads_with_cyclone_dds(start, peer, beside, domain):
     from matpoint_msgs.msg import ComponentState
 
     env = environment(domain, CYCLONEDDS_URI="<General><Interfaces><NetworkInterface address='127.0.0.1'/></Interfaces></General>")
-    process = subprocess.Popen([sys.executable, "-c", CYCLONE], env=env, stdout=subprocess.PIPE, text=True)
-    assert process.stdout.readline() == "ready\n"
+    process = beside(CYCLONE, env)
     start("tip.toml", parameters={"particles.rate": 0.0, "step": 1 / 60})
     states = peer.listen(ComponentState, "/matpoint/state")
     peer.until(lambda: any(s.loads[0].value[1] == -1000.0 for s in states), 30, "load set by Cyclone DDS")
@@ -99,6 +96,6 @@ def test_particles_clock_and_loads_with_cyclone_dds(start, peer, domain):
     for name, stamps in out["got"].items():
         span = (stamps[-1] - stamps[0]) * 1e-9 * 60 + 1
         print(f"Cyclone DDS {name}: {len(stamps)} clouds of {span:.0f}, {len(out['clocks'])} clocks")
-        assert stamps == sorted(set(stamps)) and len(stamps) > 0.9 * span > 300
+        assert stamps == sorted(set(stamps)) and span > 200 and len(stamps) > 0.8 * span
     assert out["whole"] and out["fields"] == ["x", "y", "z", "von_mises"]
-    assert len(out["clocks"]) > 300
+    assert len(out["clocks"]) > 200 and out["clocks"] == sorted(out["clocks"])

@@ -1,18 +1,14 @@
 """Controllers that die, commands that make no sense, subscribers that do not answer: the simulation goes on."""
 
-import json
 import os
 import signal
-import subprocess
-import sys
-import textwrap
 import time
 
-from conftest import HERE, PATIENCE, Node, Peer, environment, seconds
+from conftest import pace, seconds
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Vector3Stamped
 from matpoint_msgs.msg import ComponentState, LoadCommand
-from matpoint_msgs.srv import GetVariable
+from rosgraph_msgs.msg import Clock
 
 CONTROLLER = """
 import rclpy, time, sys
@@ -37,51 +33,41 @@ time.sleep(1000)  # takes nothing more
 """
 
 
-def run(code, domain):
-    process = subprocess.Popen([sys.executable, "-c", code], env=environment(domain), stdout=subprocess.PIPE, text=True)
-    assert process.stdout.readline() == "ready\n"
-    return process
-
-
 def value(diagnostics, key):
     return float(next(v.value for v in diagnostics[-1].status[0].values if v.key == key))
 
 
-def pace(peer, states, span):
-    """Simulated over wall time."""
-    peer.until(lambda: states)
-    peer.spin(0.2)
-    first, begin = seconds(states[-1].header.stamp), time.monotonic()
-    peer.spin(span)
-    return (seconds(states[-1].header.stamp) - first) / (time.monotonic() - begin)
-
-
-def test_a_controller_killed_in_the_middle_of_a_run(start, peer, domain):
+def test_a_controller_killed_in_the_middle_of_a_run(start, peer, beside):
     start(parameters={"command.timeout": 0.5})
     states = peer.listen(ComponentState, "/matpoint/state")
-    controller = run(CONTROLLER, domain)
+    clocks = peer.listen_timed(Clock, "/clock")
+    controller = beside(CONTROLLER)
     peer.until(lambda: states and states[-1].loads[0].value[1] == -1234.0, what="command applied")
     controller.send_signal(signal.SIGKILL)
     controller.wait()
     killed = seconds(states[-1].header.stamp)
     peer.until(lambda: states[-1].loads[0].timed_out, what="time-out")
     end = next(seconds(s.header.stamp) for s in states if s.loads[0].timed_out and seconds(s.header.stamp) > killed)
-    # The last command came up to 20 ms before the kill, and up to a step of 10 ms passes before a state says so.
-    assert 0.4 < end - killed < 0.65
+    # The last command came 20 ms before the kill, and a step of 10 ms passes before a state says so; what this process saw last before the
+    # kill may be older, and the controller may have been late. That a command holds to the step is tested in process.
+    assert 0.3 < end - killed < 0.9
     assert list(states[-1].loads[0].value) == [0.0, 0.0]
-    kept = pace(peer, states, 3.0)
+    peer.spin(3.0)
+    kept = pace([(seconds(c.clock), wall) for c, wall in clocks if seconds(c.clock) > killed])
     print(f"after kill -9 of the controller: real-time factor {kept:.4f}, command over after {end - killed:.3f} s")
     assert abs(kept - 1.0) < 0.01
 
 
-def test_a_flood_of_malformed_commands(start, peer, domain):
+def test_a_flood_of_malformed_commands(start, peer):
     node = start()
     states, diagnostics = peer.listen(ComponentState, "/matpoint/state"), peer.listen(DiagnosticArray, "/diagnostics")
+    clocks = peer.listen_timed(Clock, "/clock")
     publisher = peer.node.create_publisher(Vector3Stamped, "/matpoint/load/tip", 10)
     named = peer.node.create_publisher(LoadCommand, "/matpoint/command", 10)
     peer.until(lambda: states and diagnostics and publisher.get_subscription_count() and named.get_subscription_count())
     before = node.memory()
-    begin, first = time.monotonic(), seconds(states[-1].header.stamp)
+    clocks.clear()
+    begin = time.monotonic()
     nan, frame, size = Vector3Stamped(), Vector3Stamped(), LoadCommand(name="tip", value=[1.0, 2.0, 3.0])
     nan.vector.x, frame.vector.x, frame.header.frame_id = float("nan"), 1.0, "elsewhere"
     for i in range(100_000):
@@ -90,7 +76,7 @@ def test_a_flood_of_malformed_commands(start, peer, domain):
             peer.executor.spin_once(timeout_sec=0.0)
     flood = time.monotonic() - begin
     peer.spin(2.5)
-    kept = (seconds(states[-1].header.stamp) - first) / (time.monotonic() - begin)
+    kept = pace([(seconds(c.clock), wall) for c, wall in clocks])
     refused = value(diagnostics, "load commands refused")
     print(f"flood of 1e5 in {flood:.1f} s: {refused:.0f} refused, real-time factor {kept:.4f}, memory {before:.0f} -> {node.memory():.0f} MB")
     assert refused > 1000 and value(diagnostics, "load commands taken") == 0
@@ -117,16 +103,20 @@ def test_every_refusal_is_told(start, peer):
         peer.until(lambda: reason in node.said(), what=reason)
 
 
-def test_a_subscriber_that_never_takes_and_one_that_is_stopped(start, peer, domain):
-    node = start("particles_5000.toml", parameters={"step": 1 / 60, "particles.rate": 0.0})
-    diagnostics = peer.listen(DiagnosticArray, "/diagnostics")
-    peer.until(lambda: diagnostics)
-    deaf = run(DEAF, domain)
+def test_a_subscriber_that_never_takes_and_one_that_is_stopped(start, peer, beside):
+    # Simulated time is slow, so that a machine which others use too can keep the pace: 60 clouds a second, a substep or two for each.
+    factor = 0.1
+    parameters = {"step": factor / 60, "real_time_factor": factor, "particles.rate": 0.0}
+    node = start("particles_5000.toml", parameters=parameters, args=["--threads", "1"])
+    diagnostics, clocks = peer.listen(DiagnosticArray, "/diagnostics"), peer.listen_timed(Clock, "/clock")
+    peer.until(lambda: diagnostics and clocks)
+    deaf = beside(DEAF)
     peer.spin(1.0)
     os.kill(deaf.pid, signal.SIGSTOP)  # no acknowledgements any more either
-    memory, time0, begin = node.memory(), value(diagnostics, "time [s]"), len(diagnostics)
+    memory = node.memory()
+    clocks.clear()
     peer.spin(8.0)
-    kept = (value(diagnostics, "time [s]") - time0) / (seconds(diagnostics[-1].header.stamp) - seconds(diagnostics[begin - 1].header.stamp))
+    kept = pace([(seconds(c.clock) / factor, wall) for c, wall in clocks])
     deaf.kill()
     deaf.wait()
     print(f"a subscriber that is stopped: real-time factor {kept:.4f}, memory {memory:.0f} -> {node.memory():.0f} MB, "
@@ -148,20 +138,18 @@ def test_stopping_finishes_the_step_and_leaves_the_graph(start, peer):
         assert stopped < 2.0
 
 
-def test_50_restarts(domain):
+def test_50_restarts(start, peer):
     """Every time it starts, answers and ends; a peer that stays sees each."""
-    peer = Peer(domain)
-    states = peer.listen(ComponentState, "/matpoint/state")
-    try:
-        for i in range(50):
-            states.clear()
-            node = Node(domain)
-            peer.until(lambda: len(states) > 3, what=f"states of run {i}")
-            assert states[0].steps < states[-1].steps
-            assert node.stop() == 0, node.said()
-            assert "another node" not in node.said()
-    finally:
-        peer.close()
+    timed = peer.listen_timed(ComponentState, "/matpoint/state")
+    for i in range(50):
+        begin = time.time()
+        node = start()
+        # States of the run before may still wait here.
+        steps = lambda: [state.steps for state, sent in timed if sent > begin]  # noqa: B023, E731
+        peer.until(lambda: len(steps()) > 3, what=f"states of run {i}")
+        assert steps() == sorted(set(steps()))
+        assert node.stop() == 0, node.said()
+        assert "another node" not in node.said()
 
 
 def test_nothing_leaks_while_subscribers_come_and_go(start, peer):

@@ -5,8 +5,8 @@ from rcl_interfaces.srv import DescribeParameters, GetParameters, GetParameterTy
 
 NAMES = {
     "command.after", "command.decay", "command.timeout", "frame_id", "lock_step", "particles.fields", "particles.max_bytes", "particles.mode",
-    "particles.rate", "particles.reliability", "particles.stride", "paused", "real_time_factor", "record", "record.every", "state.rate",
-    "state.reliability", "step", "use_sim_time",
+    "particles.rate", "particles.reliability", "particles.stride", "paused", "real_time_factor", "record", "record.cells", "record.every", "record.force",
+    "record.precision", "record.snapshots", "record.variables", "record.when_full", "state.rate", "state.reliability", "step", "use_sim_time",
 }
 
 

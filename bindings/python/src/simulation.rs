@@ -8,7 +8,7 @@ use crate::recording::Recording;
 use crate::report::{Report, Summary};
 use crate::scene::Scene;
 use matpoint::component::{ComponentError, StepError};
-use matpoint::record::{self, RecordError, Recorder, sink_for};
+use matpoint::record::{self, Options, Precision, RecordError, Recorder, sink_for};
 use numpy::PyArrayDyn;
 use parking_lot::ReentrantMutex;
 use pyo3::prelude::*;
@@ -217,7 +217,8 @@ impl Simulation {
                 break;
             }
             let stop = this.attempt(py, |inner| {
-                let next = inner.recorders.iter().fold(stops.next(until), |next, (_, recorder)| next.min(recorder.next(until)));
+                let sim = &inner.sim;
+                let next = inner.recorders.iter().fold(stops.next(sim, until), |next, (_, recorder)| next.min(recorder.next(sim, until)));
                 let report = inner.step(next - inner.sim.time())?;
                 stops.offer(&mut inner.sim)?;
                 Ok(report)
@@ -318,13 +319,29 @@ impl Simulation {
 
     /// Records what the simulation does from now on, until the recording is closed; to be used in a with statement.
     ///
-    /// The ending of the path says how: `.rrd` for the Rerun viewer, `.svg` for a picture of the last state, none for a folder of CSV tables.
-    /// Particles are recorded every `every` seconds of simulated time, energies and probes every `history` seconds; as the scene says if
-    /// None. A step that leaps over several such times is recorded once; `run` stops at each.
-    #[pyo3(signature = (path, every = None, history = None))]
-    fn record(slf: &Bound<'_, Self>, path: PathBuf, every: Option<f64>, history: Option<f64>) -> PyResult<Recording> {
+    /// The ending of the path says how: `.mcap` for ROS 2 and Foxglove, `.rrd` for Rerun, `.pvd` for ParaView, `.svg` for a picture of the last
+    /// state, none for a folder of CSV tables. What is there already is not written over unless `force`. Particles are recorded every `every`
+    /// seconds of simulated time, energies and probes every `history` seconds; as the scene says if None. A step that leaps over several
+    /// such times is recorded once; `run` stops at each. `variables` names what is recorded of particles beside the position, such as
+    /// `["velocity", "stress"]`, in 64 bits if `double`; `snapshots` is the simulated time between states from which a run can go on;
+    /// `cells` shows the cells of the background grid that hold particles, in Rerun.
+    #[pyo3(signature = (path, every = None, history = None, *, force = false, variables = None, double = false, snapshots = None, cells = false))]
+    #[expect(clippy::too_many_arguments, reason = "keywords")]
+    fn record(
+        slf: &Bound<'_, Self>,
+        path: PathBuf,
+        every: Option<f64>,
+        history: Option<f64>,
+        force: bool,
+        variables: Option<Vec<String>>,
+        double: bool,
+        snapshots: Option<f64>,
+        cells: bool,
+    ) -> PyResult<Recording> {
+        let precision = if double { Precision::Double } else { Precision::Single };
+        let options = Options { force, variables, precision, snapshots, cells, ..Options::default() };
         let id = slf.get().attempt(slf.py(), |inner| {
-            let recorder = Recorder::begin(&mut inner.sim, vec![sink_for(&path)?], every, history)?;
+            let recorder = Recorder::begin(&mut inner.sim, vec![sink_for(&path, &options)?], every, history)?;
             inner.opened += 1;
             inner.recorders.push((inner.opened, recorder));
             Ok(inner.opened)

@@ -9,7 +9,7 @@
 //! | `node`, `graph` | publishers, subscriptions and services on DDS; who listens |
 //! | `inbox`, `session`, `pace` | the loop that owns the simulation; requests run between its steps |
 //! | `loads`, `cloud`, `state`, `diagnostics` | loads in; particles, state and diagnostics out |
-//! | `recording` | Rerun and CSV while it runs |
+//! | `recording` | recordings while it runs |
 //! | `publish` | the thread that publishes: the newest wins, no subscriber holds up a step |
 //! | `services`, `control`, `action` | services of `matpoint_msgs` and of `simulation_interfaces` |
 

@@ -1,7 +1,7 @@
 //! External loads: which there are, what a command must look like, how long it holds.
 
 use crate::interfaces::matpoint::{LoadCommand, LoadState};
-use crate::interfaces::standard::{Header, Vector3Stamped, WrenchStamped};
+use crate::interfaces::standard::{Header, Time, Vector3Stamped, WrenchStamped};
 use crate::names::token;
 use crate::parameters::Settings;
 use matpoint::Simulation;
@@ -47,6 +47,16 @@ pub struct Command {
     pub value: Vec<f64>,
     /// Simulated time for which it holds \[s\], if it says so itself.
     pub hold: Option<f64>,
+    /// Its stamp.
+    pub stamp: Time,
+}
+
+impl Command {
+    /// Whether it answers a state from before `time` \[s\]. One without a stamp answers none, and neither does one with the time of the wall.
+    pub fn late(&self, time: f64) -> bool {
+        let now = Time::from_seconds(time);
+        self.stamp != Time::default() && (self.stamp.sec, self.stamp.nanosec) < (now.sec, now.nanosec)
+    }
 }
 
 /// Why a command is not applied.
@@ -97,6 +107,9 @@ pub enum Refusal {
     /// A negative hold time.
     #[error("the hold time is {0} s; it must be 0 or more")]
     Hold(f64),
+    /// In lock-step: the state that it answers had its command.
+    #[error("it answers the state of {0} s, which has had its command")]
+    Late(f64),
     /// Bytes that are no message.
     #[error("bytes that are no message of this type")]
     Malformed,
@@ -168,7 +181,7 @@ impl Rules {
         if value.len() != known.components {
             return Err(Refusal::Size { load: known.name.clone(), expected: known.components, found: value.len() });
         }
-        Ok(Command { load, value, hold })
+        Ok(Command { load, value, hold, stamp: header.stamp.clone() })
     }
 }
 

@@ -45,7 +45,7 @@ fn only_commands_that_fit_are_taken() {
     assert_eq!(rules.wrench(0, &wrench), Err(Refusal::Torque));
 
     let named = LoadCommand { name: "tip".into(), value: vec![1.0, 2.0], hold: 3.0, ..Default::default() };
-    assert_eq!(rules.named(&named), Ok(Command { load: 0, value: vec![1.0, 2.0], hold: Some(3.0) }));
+    assert_eq!(rules.named(&named), Ok(Command { load: 0, value: vec![1.0, 2.0], hold: Some(3.0), stamp: Time::default() }));
     let changed = |f: &dyn Fn(&mut LoadCommand)| {
         let mut other = named.clone();
         f(&mut other);
@@ -55,6 +55,14 @@ fn only_commands_that_fit_are_taken() {
     assert_eq!(changed(&|c| c.kind = "pressure".into()), "load `tip` is a traction, not a pressure");
     assert_eq!(changed(&|c| c.value.clear()), "load `tip` takes 2 values, not 0");
     assert_eq!(changed(&|c| c.hold = -1.0), "the hold time is -1 s; it must be 0 or more");
+}
+
+#[test]
+fn a_command_is_late_when_its_state_is_past() {
+    let command = |time: f64| Command { load: 0, value: vec![], hold: None, stamp: Time::from_seconds(time) };
+    let thrice = 3.0 * 0.005;
+    assert!(command(0.01).late(thrice));
+    assert!(!command(thrice).late(thrice) && !command(0.0).late(thrice) && !command(1.7e9).late(thrice));
 }
 
 /// The traction at the start of each of ten steps of 0.1 s, after a command at time 0 that holds for 0.3 s.

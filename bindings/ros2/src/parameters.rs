@@ -1,6 +1,7 @@
 //! The parameters of the node: one table with defaults, meanings and ranges, read by `ros2 param` and by the loop.
 
 use crate::interfaces::parameters::{FloatingPointRange, IntegerRange, Parameter, ParameterDescriptor, ParameterValue};
+use matpoint::record::Options;
 use std::collections::BTreeMap;
 
 /// A value.
@@ -102,13 +103,43 @@ fn declared() -> Vec<Declared> {
         ),
         ("paused", Value::Bool(false), Any, true, "wait for simulation_interfaces before the first step"),
         ("real_time_factor", Value::Double(1.0), Doubles(0.0, 1e6), false, "simulated over wall time [-]; 0: as fast as it can"),
-        ("record", text(""), Any, false, "recording under way: FILE.rrd, or a folder for CSV; empty: none"),
+        (
+            "record",
+            text(""),
+            Any,
+            false,
+            "recording under way: FILE.mcap, FILE.rrd (if built with rerun), FILE.pvd, or a folder for CSV; empty: none",
+        ),
+        ("record.cells", Value::Bool(false), Any, false, "a .rrd recording that begins shows the cells that hold particles"),
         (
             "record.every",
             Value::Double(0.0),
             Doubles(0.0, 1e9),
             false,
             "simulated time between two frames of a recording that begins [s]; 0: what the scene says",
+        ),
+        ("record.force", Value::Bool(false), Any, false, "a recording that begins writes over what is there"),
+        ("record.precision", text("f32"), Words(&["f32", "f64"]), false, "numbers of particles in a recording that begins"),
+        (
+            "record.snapshots",
+            Value::Double(0.0),
+            Doubles(0.0, 1e9),
+            false,
+            "simulated time between snapshots, from which a run can go on, in a recording that begins [s]; 0: none",
+        ),
+        (
+            "record.variables",
+            Value::Texts(Vec::new()),
+            Any,
+            false,
+            "what a recording that begins holds of each particle beside its position; empty: the usual",
+        ),
+        (
+            "record.when_full",
+            text("wait"),
+            Words(&["wait", "drop"]),
+            false,
+            "what happens while a recording that begins cannot keep up: the simulation waits, or frames are dropped and counted",
         ),
         ("state.rate", Value::Double(0.0), Doubles(0.0, 1e4), false, "messages a second on ~/state [Hz]; 0: one each communication step"),
         ("state.reliability", text("reliable"), RELIABILITY, true, "quality of service of ~/state"),
@@ -353,6 +384,7 @@ pub struct Settings {
     pub real_time_factor: f64,
     pub record: String,
     pub record_every: f64,
+    pub record_options: Options,
     pub state_rate: f64,
     pub state_reliable: bool,
     pub step: f64,
@@ -364,6 +396,7 @@ impl Settings {
         let double = |name: &str| if let Some(Value::Double(v)) = values.get(name) { *v } else { 0.0 };
         let integer = |name: &str| if let Some(Value::Integer(v)) = values.get(name) { usize::try_from(*v).unwrap_or(0) } else { 0 };
         let text = |name: &str| if let Some(Value::Text(v)) = values.get(name) { v.clone() } else { String::new() };
+        let texts = |name: &str| if let Some(Value::Texts(v)) = values.get(name) { v.clone() } else { Vec::new() };
         let mode = match text("particles.mode").as_str() {
             "tiles" => Mode::Tiles,
             "whole" => Mode::Whole,
@@ -375,7 +408,7 @@ impl Settings {
             timeout: double("command.timeout"),
             frame_id: text("frame_id"),
             lock_step: bool("lock_step"),
-            fields: if let Some(Value::Texts(v)) = values.get("particles.fields") { v.clone() } else { Vec::new() },
+            fields: texts("particles.fields"),
             max_bytes: integer("particles.max_bytes"),
             mode,
             particles_rate: double("particles.rate"),
@@ -385,6 +418,15 @@ impl Settings {
             real_time_factor: double("real_time_factor"),
             record: text("record"),
             record_every: double("record.every"),
+            record_options: Options {
+                force: bool("record.force"),
+                cells: bool("record.cells"),
+                variables: Some(texts("record.variables")).filter(|names| !names.is_empty()),
+                precision: text("record.precision").parse().unwrap_or_default(),
+                snapshots: Some(double("record.snapshots")).filter(|&every| every > 0.0),
+                when_full: text("record.when_full").parse().ok(),
+                ..Options::default()
+            },
             state_rate: double("state.rate"),
             state_reliable: text("state.reliability") == "reliable",
             step: double("step"),

@@ -3,52 +3,17 @@
 use crate::args::Level;
 use crate::interfaces::matpoint::{RecordRequest, RecordResponse};
 use crate::node::{NodeError, Ros};
-use crate::parameters::Value;
+use crate::parameters::{Settings, Value};
 use crate::session::Session;
 use matpoint::Simulation;
-use matpoint::record::{CsvSink, RecordError, Recorder, Sink};
+use matpoint::record::{Options, RecordError, Recorder, RosNames, sink_for};
 use std::path::{Path, PathBuf};
 
-/// A recording that cannot begin.
-#[derive(Debug, thiserror::Error)]
-pub enum RecordingError {
-    /// The path is taken.
-    #[error("`{}` exists; recordings do not overwrite anything", .0.display())]
-    Exists(PathBuf),
-    /// Neither a Rerun file nor a folder.
-    #[error("`{}` ends in .{ending}; a recording is a file that ends in .rrd, or a folder for CSV", path.display())]
-    Ending {
-        /// As given.
-        path: PathBuf,
-        /// Its ending.
-        ending: String,
-    },
-    /// Built without.
-    #[error("this node was built without the feature `rerun`: it cannot write .rrd; give a folder for CSV")]
-    NoRerun,
-    /// A sink fails.
-    #[error(transparent)]
-    Sink(#[from] RecordError),
-}
-
-/// Opens a recording at `path`; particle frames every `every` simulated seconds, 0 for what the scene says.
-///
-/// # Errors
-/// A path that is taken or of no known kind; a file that cannot be made.
-pub fn begin(sim: &mut Simulation, path: &Path, every: f64) -> Result<Recorder<'static>, RecordingError> {
-    let taken = path.is_file() || path.is_dir() && std::fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_some());
-    if taken {
-        return Err(RecordingError::Exists(path.to_path_buf()));
-    }
-    let sink: Box<dyn Sink> = match path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase()).as_deref() {
-        #[cfg(feature = "rerun")]
-        Some("rrd") => Box::new(matpoint::record::RerunSink::new(path)),
-        #[cfg(not(feature = "rerun"))]
-        Some("rrd") => return Err(RecordingError::NoRerun),
-        Some(ending) => return Err(RecordingError::Ending { path: path.to_path_buf(), ending: ending.to_owned() }),
-        None => Box::new(CsvSink::new(path)),
-    };
-    Ok(Recorder::begin(sim, vec![sink], (every > 0.0).then_some(every), None)?)
+/// Begins a recording at `path`; what is recorded is what is published, and has the names of `node`.
+fn begin(sim: &mut Simulation, path: &Path, node: &str, settings: &Settings) -> Result<Recorder<'static>, RecordError> {
+    let ros = RosNames { node: node.into(), frame: settings.frame_id.clone() };
+    let sink = sink_for(path, &Options { ros, ..settings.record_options.clone() })?;
+    Recorder::begin(sim, vec![sink], (settings.record_every > 0.0).then_some(settings.record_every), None)
 }
 
 /// Serves `~/record`.
@@ -79,7 +44,7 @@ impl Session {
         if wanted.is_empty() {
             return Ok(files);
         }
-        match begin(&mut self.sim, Path::new(&wanted), self.parameters.settings.record_every) {
+        match begin(&mut self.sim, Path::new(&wanted), &self.name, &self.parameters.settings) {
             Ok(recorder) => {
                 self.outlets.log(Level::Info, format!("recording to {wanted}"));
                 self.recording = Some((wanted, recorder));
@@ -122,24 +87,54 @@ impl Session {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parameters::Parameters;
+    use matpoint::record::{Item, Precision, Recording};
     use matpoint::scene::Scene;
 
     #[test]
-    fn recordings_are_whole_and_overwrite_nothing() {
+    fn recordings_are_made_as_the_parameters_say_and_written_over_only_if_so_asked() {
         let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../launch_scripts/scenes/cantilever.toml");
         let mut sim = Scene::load(scene).unwrap().build().unwrap();
-        let folder = std::env::temp_dir().join(format!("matpoint-recording-{}", std::process::id()));
-        let mut recorder = begin(&mut sim, &folder, 0.02).unwrap();
+        let mut parameters = Parameters::default();
+        let mut set = |name: &str, value| {
+            parameters.set(vec![(name.into(), value)], true).unwrap();
+            parameters.settings.clone()
+        };
+        set("frame_id", Value::Text("table".into()));
+        set("record.every", Value::Double(0.02));
+        set("record.precision", Value::Text("f64".into()));
+        set("record.snapshots", Value::Double(0.05));
+        let settings = set("record.variables", Value::Texts(vec!["velocity".into()]));
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let mut recorder = begin(&mut sim, &path, "/lab/beam", &settings).unwrap();
         for _ in 0..10 {
             sim.step(0.01).unwrap();
             recorder.offer(&mut sim).unwrap();
         }
-        let files = recorder.finish(&mut sim).unwrap();
-        assert!(!files.is_empty() && files.iter().all(|f| f.starts_with(&folder) && f.is_file()));
-        let again = begin(&mut sim, &folder, 0.02).err().unwrap();
-        std::fs::remove_dir_all(&folder).unwrap();
-        assert!(again.to_string().ends_with("exists; recordings do not overwrite anything"));
-        let wrong = begin(&mut sim, Path::new("run.bag"), 0.0).err().unwrap();
-        assert_eq!(wrong.to_string(), "`run.bag` ends in .bag; a recording is a file that ends in .rrd, or a folder for CSV");
+        assert_eq!(recorder.finish(&mut sim).unwrap(), std::slice::from_ref(&path));
+
+        let recording = Recording::open(&path).unwrap();
+        let about = recording.about().clone();
+        assert_eq!((about.ros.node.as_str(), about.ros.frame.as_str()), ("/lab/beam", "table"));
+        assert_eq!(about.precision, Precision::Double);
+        assert_eq!(about.columns.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["position", "velocity"]);
+        let items: Vec<Item> = recording.map(Result::unwrap).collect();
+        let frames: Vec<_> = items.iter().filter_map(|item| if let Item::Frame(frame) = item { Some(frame) } else { None }).collect();
+        assert_eq!(frames.len(), 6);
+        assert_eq!(frames[5].values[1].as_slice(), sim.get("particle/velocity").unwrap());
+        assert_eq!(items.iter().filter(|item| matches!(item, Item::Snapshot(_))).count(), 2);
+        // The uncompressed part of the file names the topics.
+        let text = String::from_utf8_lossy(&std::fs::read(&path).unwrap()).into_owned();
+        assert!(
+            ["/clock", "/lab/beam/particles", "/lab/beam/state", "/lab/beam/scene", "/rosout"].iter().all(|topic| text.contains(topic))
+        );
+
+        let again = begin(&mut sim, &path, "/lab/beam", &settings).err().unwrap().to_string();
+        assert!(again.contains("exists") && again.contains("record.force"), "{again}");
+        let settings = set("record.force", Value::Bool(true));
+        begin(&mut sim, &path, "/lab/beam", &settings).unwrap().finish(&mut sim).unwrap();
+        let wrong = begin(&mut sim, Path::new("run.bag"), "/lab/beam", &settings).err().unwrap().to_string();
+        assert!(wrong.contains("`run.bag`: recordings end in .mcap"), "{wrong}");
     }
 }

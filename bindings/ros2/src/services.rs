@@ -4,7 +4,6 @@ use crate::interfaces::matpoint::*;
 use crate::interfaces::{Bytes, Empty};
 use crate::node::{NodeError, Ros};
 use crate::session::Session;
-use crate::state;
 use std::sync::Arc;
 
 const PACKAGE: &str = "matpoint_msgs";
@@ -15,7 +14,8 @@ const PACKAGE: &str = "matpoint_msgs";
 /// DDS refuses.
 pub fn serve(ros: &mut Ros) -> Result<(), NodeError> {
     ros.serve("~/describe", PACKAGE, "Describe", |session, _: Empty, reply| {
-        reply.send(DescribeResponse { scene: state::scene(&session.description, &session.parameters.settings.frame_id) });
+        let scene = SceneDescription::new(&session.description, env!("CARGO_PKG_VERSION"), &session.parameters.settings.frame_id);
+        reply.send(DescribeResponse { scene });
     })?;
     ros.serve("~/get", PACKAGE, "GetVariable", |session, request: GetVariableRequest, reply| reply.send(get(session, &request.name)))?;
     ros.serve("~/set", PACKAGE, "SetVariable", |session, request: SetVariableRequest, reply| {
@@ -50,7 +50,7 @@ fn get(session: &mut Session, name: &str) -> GetVariableResponse {
         Err(error) => GetVariableResponse { success: false, message: error.to_string(), time, ..Default::default() },
         Ok(values) => {
             let values = values.to_vec();
-            let variable = session.description.variables.iter().find(|v| v.name == name).map(state::variable).unwrap_or_default();
+            let variable = session.description.variables.iter().find(|v| v.name == name).map(Into::into).unwrap_or_default();
             GetVariableResponse { success: true, message: String::new(), time, variable, values }
         }
     }

@@ -6,15 +6,16 @@ use crate::diagnostics::Tally;
 use crate::graph::Watch;
 use crate::inbox::Request;
 use crate::interfaces::standard::{Clock, Header, Time};
-use crate::loads::{Command, Load, Loads};
+use crate::loads::{Command, Load, Loads, Refusal};
 use crate::pace::{Pace, Ticker};
 use crate::parameters::{Mode, Parameters, Settings};
 use crate::publish::{Cloud, Outlets};
 use crate::state::Watched;
 use matpoint::Simulation;
 use matpoint::component::{ComponentError, Description};
-use matpoint::record::Recorder;
+use matpoint::record::{self, Recorder};
 use std::sync::Arc;
+use std::sync::atomic::Ordering::Relaxed;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
@@ -74,6 +75,8 @@ pub struct Session {
     watch: Arc<Watch>,
     substeps: u64,
     heartbeat: Instant,
+    /// No step since the last heartbeat.
+    stood: bool,
     pace: Pace,
     tickers: [Ticker; 2],
     layout: Arc<Layout>,
@@ -102,6 +105,7 @@ impl Session {
             steps: 0,
             substeps: 0,
             heartbeat: Instant::now(),
+            stood: true,
             triggered: 0,
             thinned: false,
             sim,
@@ -171,6 +175,7 @@ impl Session {
     /// One communication step.
     pub fn advance(&mut self) {
         self.triggered = self.triggered.saturating_sub(1);
+        self.stood = false;
         let result = self.loads.apply(&mut self.sim, &self.parameters.settings).map_err(|error| error.to_string());
         match result.and_then(|()| self.sim.step(self.parameters.settings.step).map_err(|error| error.to_string())) {
             Ok(report) => {
@@ -190,6 +195,10 @@ impl Session {
                 self.outlets.log(Level::Error, format!("{error}; paused"));
                 self.running = Running::Paused;
                 self.finish_stepping(Err(error.clone()));
+                if let Some((_, recorder)) = &mut self.recording {
+                    // A recording that cannot be written is told of when the next state is offered to it.
+                    let _ = recorder.event(&self.sim, record::Level::Error, &error);
+                }
                 self.fault = Some(error);
             }
         }
@@ -242,10 +251,16 @@ impl Session {
         self.layout = Arc::new(Layout::new(&self.settings().fields));
     }
 
-    /// Takes a load command; in lock-step it brings a step with it.
-    pub fn command(&mut self, command: Command) {
-        self.loads.command(command, self.sim.time(), &self.parameters.settings);
-        self.triggered += u64::from(self.settings().lock_step && self.running == Running::Playing);
+    /// Takes a load command that came on `topic`; in lock-step it brings a step with it.
+    pub fn command(&mut self, topic: &str, command: Command) {
+        let (time, steps) = (self.sim.time(), self.settings().lock_step && self.running == Running::Playing);
+        // A state that was sent twice may get two answers: with a step for each, every later command would come a step late.
+        if steps && command.late(time) {
+            return self.tally.refuse(topic, &Refusal::Late(command.stamp.seconds()));
+        }
+        self.tally.taken.fetch_add(1, Relaxed);
+        self.loads.command(command, time, &self.parameters.settings);
+        self.triggered += u64::from(steps);
     }
 
     /// Back to time 0.
@@ -341,7 +356,7 @@ impl Session {
     }
 
     fn beat(&mut self) {
-        if self.tally.same_name.once(self.watch.same_name.load(std::sync::atomic::Ordering::Relaxed)) {
+        if self.tally.same_name.once(self.watch.same_name.load(Relaxed)) {
             let text = format!(
                 "another node is named {} (one that was killed is remembered for up to 50 s); give one of them --ros-args -r __node:=NAME",
                 self.name
@@ -349,7 +364,8 @@ impl Session {
             self.outlets.log(Level::Warn, text);
         }
         self.tally.say(&self.outlets);
-        if self.due().is_none() {
+        // In lock-step time does not stand still because a step waits for its command just now.
+        if self.due().is_none() && std::mem::replace(&mut self.stood, true) {
             self.publish(true);
         }
         if Watch::listened(&self.watch.diagnostics) {
@@ -360,6 +376,6 @@ impl Session {
 
     /// Whether another node has the same name.
     pub fn same_name(&self) -> bool {
-        self.watch.same_name.load(std::sync::atomic::Ordering::Relaxed)
+        self.watch.same_name.load(Relaxed)
     }
 }

@@ -3,7 +3,7 @@
 use crate::args::{ArgsError, RosArgs};
 use crate::diagnostics::Tally;
 use crate::inbox::{Inbox, Request, inbox};
-use crate::interfaces::matpoint::LoadCommand;
+use crate::interfaces::matpoint::{LoadCommand, SceneDescription};
 use crate::interfaces::standard::{Vector3Stamped, WrenchStamped};
 use crate::loads::{Command, Load, Refusal, Rules};
 use crate::names::Names;
@@ -12,10 +12,9 @@ use crate::node::{NodeError, Quality, Receiving, Ros};
 use crate::parameters::{Mode, ParameterError, Parameters, Settings};
 use crate::publish::{Outlets, Publishers};
 use crate::session::Session;
-use crate::{action, cloud, control, parameter_services, recording, services, state};
+use crate::{action, cloud, control, parameter_services, recording, services};
 use matpoint::Simulation;
 use std::sync::Arc;
-use std::sync::atomic::Ordering::Relaxed;
 use std::sync::mpsc::Receiver;
 
 /// The node cannot start.
@@ -67,7 +66,8 @@ pub fn start(sim: Simulation, args: &RosArgs) -> Result<Started, StartError> {
     let description = sim.describe();
     let (settings, tally) = (parameters.settings.clone(), Arc::<Tally>::default());
     let publishers = publishers(&mut ros, &settings, description.particles)?;
-    publishers.scene.publish(state::scene(&description, &settings.frame_id)).map_err(NodeError::dds("~/scene"))?;
+    let scene = SceneDescription::new(&description, env!("CARGO_PKG_VERSION"), &settings.frame_id);
+    publishers.scene.publish(scene).map_err(NodeError::dds("~/scene"))?;
     let outlets = Outlets::new(publishers, args.level, names.node().to_owned()).map_err(NodeError::Thread)?;
     let rules = Arc::new(Rules { loads: Load::all(&description.variables), frame: settings.frame_id });
     subscribe(&mut ros, &rules, &tally)?;
@@ -130,8 +130,8 @@ fn subscribe(ros: &mut Ros, rules: &Arc<Rules>, tally: &Arc<Tally>) -> Result<()
         move |checked: Result<Command, Refusal>| -> Option<Request> {
             match checked {
                 Ok(command) => {
-                    tally.taken.fetch_add(1, Relaxed);
-                    Some(Box::new(move |session: &mut Session| session.command(command)))
+                    let topic = topic.clone();
+                    Some(Box::new(move |session: &mut Session| session.command(&topic, command)))
                 }
                 Err(refusal) => {
                     tally.refuse(&topic, &refusal);

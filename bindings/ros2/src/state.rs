@@ -1,10 +1,10 @@
-//! `~/state` and `~/scene`: what the simulation is and does, as messages.
+//! `~/state`: what the simulation does, as a message.
 
-use crate::interfaces::matpoint::{ComponentState, Probe, Reaction, SceneDescription, VariableDescription};
+use crate::interfaces::matpoint::{ComponentState, Probe, Reaction};
 use crate::interfaces::standard::{Header, Point, Vector3};
 use crate::loads::Loads;
 use matpoint::Simulation;
-use matpoint::component::{Causality, ComponentError, Description, Variable};
+use matpoint::component::{ComponentError, Variable};
 
 /// Names of what a state message lists, found once.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -58,32 +58,5 @@ impl Watched {
             loads: loads.states(sim)?,
             ..Default::default()
         })
-    }
-}
-
-/// A variable as a message.
-pub fn variable(variable: &Variable) -> VariableDescription {
-    VariableDescription {
-        name: variable.name.clone(),
-        causality: u8::from(variable.causality == Causality::Output),
-        unit: variable.unit.into(),
-        shape: variable.shape.iter().map(|&n| n as u32).collect(),
-        doc: variable.doc.into(),
-    }
-}
-
-/// What is simulated.
-pub fn scene(description: &Description, frame: &str) -> SceneDescription {
-    SceneDescription {
-        header: Header { frame_id: frame.into(), ..Default::default() },
-        title: description.title.clone(),
-        version: env!("CARGO_PKG_VERSION").into(),
-        dimension: description.dimension as u8,
-        particles: description.particles as u64,
-        bodies: description.bodies.iter().map(|b| b.0.clone()).collect(),
-        body_particles: description.bodies.iter().map(|b| b.1 as u64).collect(),
-        method: description.method.iter().map(|(what, choice)| format!("{what}: {choice}")).collect(),
-        stable_step: description.stable_step,
-        variables: description.variables.iter().map(variable).collect(),
     }
 }

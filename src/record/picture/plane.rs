@@ -47,7 +47,7 @@ pub(super) fn draw(snapshot: &Snapshot) -> String {
     frame::title(&mut svg, snapshot);
     grid(&mut svg, &view, snapshot);
     boundaries(&mut svg, &view, snapshot);
-    let scale = Scale::over(snapshot.von_mises.iter().copied().chain([0.0]), "Pa");
+    let scale = Scale::over(snapshot.von_mises.iter().copied().chain([0.0, snapshot.largest]), "Pa");
     let stride = particles(&mut svg, &view, snapshot, &scale);
     let [width, height] = view.extent();
     svg.rect(view.corner, [width, height], "none", INK);

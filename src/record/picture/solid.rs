@@ -76,7 +76,7 @@ pub(super) fn draw(snapshot: &Snapshot) -> String {
     let mut svg = Svg::new();
     frame::title(&mut svg, snapshot);
     room(&mut svg, &view, snapshot);
-    let scale = Scale::over(snapshot.von_mises.iter().copied().chain([0.0]), "Pa");
+    let scale = Scale::over(snapshot.von_mises.iter().copied().chain([0.0, snapshot.largest]), "Pa");
     let stride = surface(&mut svg, &view, snapshot, &scale);
     axes(&mut svg, &view);
     for (name, x) in &snapshot.probes {

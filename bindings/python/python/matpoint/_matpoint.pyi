@@ -90,6 +90,12 @@ class Simulation:
         path: str | PathLike[str],
         every: SupportsFloat | SupportsIndex | None = None,
         history: SupportsFloat | SupportsIndex | None = None,
+        *,
+        force: bool = False,
+        variables: Sequence[str] | None = None,
+        double: bool = False,
+        snapshots: SupportsFloat | SupportsIndex | None = None,
+        cells: bool = False,
     ) -> Recording: ...
     def _ipython_key_completions_(self) -> list[str]: ...
     def _repr_html_(self) -> str: ...

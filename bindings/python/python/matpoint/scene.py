@@ -441,8 +441,10 @@ class Record(TypedDict, total=False):
 
     every: Union[float, None]
     """Time between particle frames [s]; a hundredth of the run if left out."""
+    every_steps: Union[int, None]
+    """Substeps between particle frames, instead of `every`."""
     history: Union[float, None]
-    """Time between rows of energies and probes [s]; as `every` if left out."""
+    """Time between rows of energies and probes [s]; with the frames if left out."""
 
 
 class Stress(TypedDict, total=False):
