@@ -107,7 +107,15 @@ impl Particles {
 
     /// Tables, to be handled alike when particles are sorted.
     pub(crate) fn tables_mut(&mut self) -> [&mut Table; 7] {
-        [&mut self.position, &mut self.velocity, &mut self.deformation, &mut self.affine, &mut self.history, &mut self.lateral, &mut self.acceleration]
+        [
+            &mut self.position,
+            &mut self.velocity,
+            &mut self.deformation,
+            &mut self.affine,
+            &mut self.history,
+            &mut self.lateral,
+            &mut self.acceleration,
+        ]
     }
 
     /// Memory of one particle \[bytes\].

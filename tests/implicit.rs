@@ -178,9 +178,7 @@ fn cooks_membrane() {
 /// A free block that tumbles and swings with large strain: what it must keep.
 #[test]
 fn energy_and_momenta_of_a_free_body() {
-    for (integrator, time, energy, momentum) in
-        [("energy_momentum", "step = 0.02", 1e-10, 1e-10), ("verlet", "cfl = 0.05", 1e-4, 1e-10)]
-    {
+    for (integrator, time, energy, momentum) in [("energy_momentum", "step = 0.02", 1e-10, 1e-10), ("verlet", "cfl = 0.05", 1e-4, 1e-10)] {
         let mut sim = build(&format!(
             r#"
             title = "tumbling block"

@@ -85,12 +85,16 @@ fn manufactured(dimension: usize, cells: usize, degree: usize) -> f64 {
     let log = (0..dimension).map(|a| format!("ln{}", stretch(a))).collect::<Vec<_>>().join("+");
     let each = |f: &dyn Fn(usize) -> String| (0..dimension).map(|a| format!("\"{}\"", f(a))).collect::<Vec<_>>().join(", ");
     let displacement = |a: usize| format!("sin(PI*{})*{}", axes[a], wave(a));
-    let force = |a: usize| {
-        format!("PI^2*{}*({mu}-{}-({lambda}*({log}-1)-{mu})/{}^2)", displacement(a), c * c, stretch(a))
-    };
+    let force = |a: usize| format!("PI^2*{}*({mu}-{}-({lambda}*({log}-1)-{mu})/{}^2)", displacement(a), c * c, stretch(a));
     let velocity = |a: usize| format!("{}*sin(PI*{})", if a == 0 { amplitude } else { -amplitude } * std::f64::consts::PI * c, axes[a]);
-    let held: String =
-        (0..dimension).map(|a| format!("boundary.{0}l = {{ face = \"{0}-\", fixed = [\"{0}\"] }}\nboundary.{0}u = {{ face = \"{0}+\", fixed = [\"{0}\"] }}\n", axes[a])).collect();
+    let held: String = (0..dimension)
+        .map(|a| {
+            format!(
+                "boundary.{0}l = {{ face = \"{0}-\", fixed = [\"{0}\"] }}\nboundary.{0}u = {{ face = \"{0}+\", fixed = [\"{0}\"] }}\n",
+                axes[a]
+            )
+        })
+        .collect();
     let mut sim = build(&format!(
         r#"
         title = "manufactured"

@@ -109,7 +109,8 @@ mod tests {
     #[test]
     fn all_are_of_second_order_and_two_conserve() {
         let trapezoid = Scheme::Newmark { beta: 0.25, gamma: 0.5, alpha_m: 0.0, alpha_f: 0.0 };
-        let method = scene::Method { integrator: Some(scene::Integrator::GeneralizedAlpha), spectral_radius: Some(0.5), ..Default::default() };
+        let method =
+            scene::Method { integrator: Some(scene::Integrator::GeneralizedAlpha), spectral_radius: Some(0.5), ..Default::default() };
         let damped = Scheme::new(&method).unwrap();
         for scheme in [trapezoid, damped, Scheme::EnergyMomentum] {
             let error = |n: usize| {

@@ -42,8 +42,5 @@ pub(super) fn change(
     let turn = inverse * half_spin_change * (identity + rotation);
     let stress = stress_of(history);
     let turned = turn * stress * rotation.transpose();
-    turned
-        + turned.transpose()
-        + lame.stress(&symmetric(gradient)) * jacobian_change
-        + lame.stress(&symmetric(gradient_change)) * jacobian
+    turned + turned.transpose() + lame.stress(&symmetric(gradient)) * jacobian_change + lame.stress(&symmetric(gradient_change)) * jacobian
 }

@@ -197,8 +197,7 @@ impl Material {
     fn potential<const D: usize>(&self, across: Embedding, c: &Matrix3<f64>, guess: f64) -> Result<Potential, Trouble> {
         let cholesky = (cut_and_fill::<D>(c)).cholesky().ok_or(Trouble::Inverted(c.determinant()))?;
         let plane: Plane<D> = cut(&cholesky.l().transpose());
-        let lateral =
-            if across.stress_free { across.stress_free_stretch(self, &plane, guess).ok_or(Trouble::NoThickness)? } else { 1.0 };
+        let lateral = if across.stress_free { across.stress_free_stretch(self, &plane, guess).ok_or(Trouble::NoThickness)? } else { 1.0 };
         let f = embed(&plane, lateral);
         let inverse = f.try_inverse().ok_or(Trouble::Inverted(f.determinant()))?;
         let stress = inverse * self.kirchhoff(&f, &[0.0; 7]) * inverse.transpose();
@@ -274,7 +273,8 @@ impl Material {
             let mut ds = embed::<D>(&cut(&full), 0.0);
             if squared > SMALL_CHANGE {
                 let more = 0.5 * (after.dot(&dc) - ds.dot(&change) - at_middle.stress.dot(&dc));
-                ds += change * (2.0 * more / squared - 4.0 * missing * change.dot(&dc) / (squared * squared)) + dc * (2.0 * missing / squared);
+                ds += change * (2.0 * more / squared - 4.0 * missing * change.dot(&dc) / (squared * squared))
+                    + dc * (2.0 * missing / squared);
             }
             df * stress * 0.5 + middle * ds
         }))
@@ -360,8 +360,7 @@ mod tests {
         for material in [Material::Linear(lame), Material::Hypo(lame), Material::NeoHookean(lame), Material::Hencky(lame)] {
             let history = if material.history() > 0 { [0.3, -0.2, 0.1, 0.05, -0.07, 0.15, 0.0] } else { [0.0; 7] };
             let lateral = if across.stress_free { 0.97 } else { 1.0 };
-            let start =
-                Start::<D> { deformation: std::array::from_fn(|i| std::array::from_fn(|j| before[i][j])), history, lateral };
+            let start = Start::<D> { deformation: std::array::from_fn(|i| std::array::from_fn(|j| before[i][j])), history, lateral };
             let new: Plane<D> = std::array::from_fn(|i| std::array::from_fn(|j| full[i][j]));
             let at = |f: &Plane<D>| material.answer(across, &start, f).unwrap();
             let tangent = material.tangent(across, &start, &new, &at(&new)).unwrap();

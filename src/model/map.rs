@@ -90,7 +90,8 @@ mod tests {
             let back = map.inverse(map.place(at));
             assert!((0..3).all(|a| (back[a] - at[a]).abs() < 1e-12));
             let h = 1e-6;
-            let along: Vec<f64> = (0..2).map(|i| (map.place([at[0] + h, at[1], 0.0])[i] - map.place([at[0] - h, at[1], 0.0])[i]) / (2.0 * h)).collect();
+            let along: Vec<f64> =
+                (0..2).map(|i| (map.place([at[0] + h, at[1], 0.0])[i] - map.place([at[0] - h, at[1], 0.0])[i]) / (2.0 * h)).collect();
             assert!((0..2).all(|i| (map.jacobian(at)[(i, 0)] - along[i]).abs() < 1e-8));
         }
         // the last edge but one goes down on the right

@@ -15,8 +15,8 @@ use crate::scene::{self, Basis, Fault, Formula, Mass, MassSolver, Quadrature, Sc
 use crate::state::{Particles, State, Table};
 use finder::Finder;
 pub(crate) use lattice::Lattice;
-pub(crate) use map::Quadrilateral;
 use lattice::lattice;
+pub(crate) use map::Quadrilateral;
 use sample::{Sample, sample};
 
 /// A scene made ready to run.
@@ -309,10 +309,11 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
             Some(map) => {
                 let whole = scene::Body { shape: Shape::Box { min: vec![0.0; 2], max: map.lengths.to_vec() }, ..body.clone() };
                 let in_grid = sample(&whole, &per_cell, scene.positions(body), &own);
-                samples.extend(in_grid.iter().map(|s| Sample {
-                    position: map.place(s.position),
-                    volume: s.volume * map.jacobian(s.position).determinant(),
-                }));
+                samples.extend(
+                    in_grid
+                        .iter()
+                        .map(|s| Sample { position: map.place(s.position), volume: s.volume * map.jacobian(s.position).determinant() }),
+                );
             }
             None => samples.extend(sample(body, &per_cell, scene.positions(body), &own)),
         }
@@ -367,7 +368,11 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         affine: Table::new(if affine { dimension * dimension } else { 0 }, n),
         history: Table::new(history, n),
         lateral: if lateral { ones(n) } else { Table::default() },
-        acceleration: if !method.is_total() && implicit.is_some_and(Scheme::needs_acceleration) { Table::new(dimension, n) } else { Table::new(0, n) },
+        acceleration: if !method.is_total() && implicit.is_some_and(Scheme::needs_acceleration) {
+            Table::new(dimension, n)
+        } else {
+            Table::new(0, n)
+        },
     };
     let mut state = State { particles, ..State::default() };
     for (body, described) in bodies.iter().zip(scene.body.values()) {

@@ -6,8 +6,8 @@
 use super::force::{Sweeps, Task, Trouble};
 use super::reference::Point;
 use crate::implicit::Matrix;
-use crate::material::point::{self, Moduli, Plane, Trouble as Why};
 use crate::material::embed;
+use crate::material::point::{self, Moduli, Plane, Trouble as Why};
 use crate::state::Particles;
 use nalgebra::Matrix3;
 

@@ -1,8 +1,8 @@
 //! ONE IMPLICIT STEP of the total-Lagrangian method: the displacement at its end, by Newton's method.
 
+use super::Total;
 use super::force::{Task, Trouble};
 use super::reference::Vectors;
-use super::Total;
 use crate::component::StepError;
 use crate::implicit::{Balance, Failure, Matrix, Residual, Scheme, Trial, newton};
 use crate::model::Model;
@@ -200,11 +200,7 @@ impl Step<'_> {
         u.iter().zip(start).map(|(u, s)| std::array::from_fn(|a| s[a] + share * (u[a] - s[a]))).collect()
     }
 
-    fn each_body(
-        &self,
-        displacement: &[[f64; 3]],
-        mut sum: impl FnMut(&Task<'_>) -> Result<(), Trouble>,
-    ) -> Result<(), StepError> {
+    fn each_body(&self, displacement: &[[f64; 3]], mut sum: impl FnMut(&Task<'_>) -> Result<(), Trouble>) -> Result<(), StepError> {
         for part in &self.total.parts {
             let task = self.total.task(self.model, part, displacement, self.scheme.is_conserving());
             sum(&task).map_err(|trouble| self.total.explain(self.model, self.state, self.time, &trouble))?;
@@ -215,16 +211,13 @@ impl Step<'_> {
     /// Carries a guess along with nodes whose displacement is prescribed, by one linear solve.
     fn follow(&mut self, prescribed: &[[f64; 3]], guess: &mut Vectors, matrix: &mut Matrix) -> Result<(), Failure<StepError>> {
         let here = self.residual(guess).map_err(Failure::Trouble)?;
-        let pushed = |share: f64| -> Vectors {
-            guess.iter().zip(prescribed).map(|(u, p)| std::array::from_fn(|a| u[a] + share * p[a])).collect()
-        };
+        let pushed =
+            |share: f64| -> Vectors { guess.iter().zip(prescribed).map(|(u, p)| std::array::from_fn(|a| u[a] + share * p[a])).collect() };
         let there = self.residual(&pushed(SMALL)).map_err(Failure::Trouble)?;
         matrix.clear();
         let symmetric = self.stiffness(guess, matrix).map_err(Failure::Trouble)?;
-        let mut right: Vec<f64> = matrix
-            .components()
-            .map(|(node, a)| here.forces[node][a] + (there.forces[node][a] - here.forces[node][a]) / SMALL)
-            .collect();
+        let mut right: Vec<f64> =
+            matrix.components().map(|(node, a)| here.forces[node][a] + (there.forces[node][a] - here.forces[node][a]) / SMALL).collect();
         let Some(factor) = matrix.factor(symmetric) else { return Err(Failure::NoConvergence(Vec::new())) };
         factor.solve(&mut right);
         let mut next = pushed(1.0);

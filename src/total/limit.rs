@@ -1,6 +1,7 @@
 //! The largest stable step: from the highest frequency of the bodies at time 0, by Lanczos.
 
-use super::{Scheme, Total};
+use super::Total;
+use super::explicit::Scheme;
 use crate::component::StepError;
 use crate::model::Model;
 use crate::state::State;
@@ -118,7 +119,7 @@ impl Scheme {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{FOURTH_ORDER, VERLET};
+    use super::super::explicit::{FOURTH_ORDER, VERLET};
 
     #[test]
     fn verlet_is_bounded_up_to_two() {

@@ -2,9 +2,9 @@
 
 use super::reference::{Point, Reference, Vectors};
 use crate::component::StepError;
+use crate::implicit::Matrix;
 use crate::model::{Anchor, Load, Model, SurfacePoint, Target};
 use crate::state::State;
-use crate::implicit::Matrix;
 use nalgebra::{Matrix3, Vector3};
 
 /// Where loads find their particles.

@@ -2,8 +2,9 @@
 //! start, on the grid of the scene, which forgets afterwards.
 
 use super::implicit::in_halves;
+use super::mass::Mass;
 use super::reference::Reference;
-use super::{Body, Held, Mass, Part, Total};
+use super::{Body, Held, Part, Total};
 use crate::component::StepError;
 use crate::implicit::{Failure, Scheme};
 use crate::model::Model;
@@ -57,7 +58,8 @@ impl Updated {
         let displacement = vec![[0.0; 3]; velocity.len()];
         let remembers = state.particles.acceleration.width() > 0;
         // at time 0 it comes from the forces
-        let acceleration = if remembers && state.time > 0.0 { grid.project(model, state, &state.particles.acceleration) } else { Vec::new() };
+        let acceleration =
+            if remembers && state.time > 0.0 { grid.project(model, state, &state.particles.acceleration) } else { Vec::new() };
         state.nodes = Nodes { displacement, velocity: velocity.clone(), acceleration };
         let solved = grid.solve_step(model, state, scheme, h);
         let nodes = std::mem::take(&mut state.nodes);

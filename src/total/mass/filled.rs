@@ -1,10 +1,10 @@
 //! The mass matrix of a body that fills its grid: a Kronecker product of one matrix an axis, factorised once.
 
-use super::reference::MOST;
 use crate::basis::Axis;
 use crate::quadrature::gauss_legendre;
+use crate::total::reference::MOST;
 
-use super::reference::Line;
+use crate::total::reference::Line;
 
 /// A symmetric matrix with a band of `MOST - 1` beside the diagonal: entry `[i][k]` is that of row i and column i - k.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,7 +81,7 @@ impl Band {
 
 /// The mass matrix of a box.
 #[derive(Debug)]
-pub(super) struct BoxMass {
+pub(in crate::total) struct FilledMass {
     density: f64,
     counts: [usize; 3],
     axes: [Option<Band>; 3],
@@ -101,7 +101,7 @@ struct Free {
     whole: bool,
 }
 
-impl BoxMass {
+impl FilledMass {
     /// `held` tells for each component and node whether it is held.
     pub(super) fn new(density: f64, axes: &[Axis], counts: [usize; 3], held: [Vec<bool>; 3]) -> Self {
         let bands: [Option<Band>; 3] = std::array::from_fn(|a| axes.get(a).map(Band::mass));
@@ -239,7 +239,7 @@ mod tests {
             let n: usize = counts.iter().product();
             let face: Vec<bool> = (0..n).map(|i| i < counts[1] * counts[2]).collect();
             let scattered: Vec<bool> = (0..n).map(|i| i % 7 == 3).collect();
-            let mut mass = BoxMass::new(3.0, &axes, counts, [vec![false; n], face.clone(), scattered.clone()]);
+            let mut mass = FilledMass::new(3.0, &axes, counts, [vec![false; n], face.clone(), scattered.clone()]);
             for (component, held) in [vec![false; n], face, scattered].iter().enumerate() {
                 let x: Vec<f64> = (0..n).map(|i| if held[i] { 0.0 } else { (i as f64).sin() }).collect();
                 let mut y = x.clone();

@@ -1,10 +1,10 @@
 //! The mass matrix of particles that do not fill a box: summed over them, factorised by sparse Cholesky.
 
-use super::reference::Reference;
 use crate::implicit::{Factor, Matrix};
+use crate::total::reference::Reference;
 
 /// A mass matrix of one component of the nodes near particles.
-pub(super) struct SparseMass {
+pub(in crate::total) struct SparseMass {
     whole: Matrix,
     /// Of each component: the free nodes.
     free: [(Matrix, Option<Factor>); 3],
@@ -13,7 +13,8 @@ pub(super) struct SparseMass {
 impl SparseMass {
     /// `masses` are those of the particles \[kg\]; `held` tells for each component and node whether it is held.
     pub(super) fn new(reference: &Reference, masses: &[f64], held: &[Vec<bool>; 3], dimension: usize) -> Self {
-        let cells: Vec<Vec<u32>> = reference.cells().into_iter().map(|cell| cell.into_iter().map(|n| n - reference.start as u32).collect()).collect();
+        let cells: Vec<Vec<u32>> =
+            reference.cells().into_iter().map(|cell| cell.into_iter().map(|n| n - reference.start as u32).collect()).collect();
         let sum = |held: Option<&Vec<bool>>| {
             let mut matrix =
                 Matrix::new(reference.len(), 1, cells.iter().map(Vec::as_slice), |node, _| held.is_some_and(|held| held[node]));
