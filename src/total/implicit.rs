@@ -1,7 +1,6 @@
 //! ONE IMPLICIT STEP of the total-Lagrangian method: the displacement at its end, by Newton's method.
 
 use super::Total;
-use super::force::{Task, Trouble};
 use super::reference::Vectors;
 use crate::component::StepError;
 use crate::implicit::{Balance, Failure, Matrix, Residual, Scheme, Trial, newton};
@@ -25,8 +24,8 @@ struct Step<'a> {
     time: f64,
     /// Its length \[s\].
     length: f64,
-    /// Loads at the displacement last asked for \[N\].
-    external: Vectors,
+    /// Of the stiffness.
+    matrix: &'a mut Matrix,
 }
 
 /// One step of length `h` \[s\], or where that fails two of half the length, and so on.
@@ -109,18 +108,16 @@ impl Total {
         let before = if scheme.has_inertia() || !model.needs.work { Vec::new() } else { self.supports(model, state, time)? };
         let rules = model.newton;
         let trial = scheme.trial(h);
-        let mut step = Step { total: self, model, state, scheme, trial, time, length: h, external: Vec::new() };
+        let mut step = Step { total: self, model, state, scheme, trial, time, length: h, matrix };
         // a guess too far may invert particles: then from the start
         if step.residual(&guess).is_err() {
             guess.clone_from(&start);
         }
         if moves {
-            step.follow(&prescribed, &mut guess, matrix)?;
+            step.follow(&prescribed, &mut guess)?;
         }
-        let residuals = newton(&mut step, matrix, rules, &mut guess)?;
-        let residual = step.residual(&guess).map_err(Failure::Trouble)?;
-        let external = std::mem::take(&mut step.external);
-        self.iterations += residuals.len() as u64 - 1;
+        let (residual, history) = newton(&mut step, rules, &mut guess)?;
+        self.iterations += history.len() as u64 - 1;
 
         if !scheme.has_inertia() {
             // there is no mean over a time that does not count: the last balance is it
@@ -128,19 +125,15 @@ impl Total {
             self.kicked = 0.0;
         }
         for held in &self.held {
-            let reaction = -residual.forces[held.node][held.axis];
-            self.impulse[held.boundary][held.axis] += h * reaction;
+            self.impulse[held.boundary][held.axis] += h * residual.supports[held.node][held.axis];
         }
         self.kicked += h;
         if model.needs.work {
             // what acts on the nodes, as in `supports`: at the time of the balance, or the mean of both ends where there is no inertia
-            let mut acting = external;
-            for held in &self.held {
-                acting[held.node][held.axis] -= residual.forces[held.node][held.axis];
-            }
-            for (node, force) in acting.iter().enumerate() {
+            for (node, (load, support)) in residual.loads.iter().zip(&residual.supports).enumerate() {
                 for a in 0..d {
-                    let mean = before.get(node).map_or(force[a], |before: &[f64; 3]| 0.5 * (force[a] + before[a]));
+                    let force = load[a] + support[a];
+                    let mean = before.get(node).map_or(force, |before: &[f64; 3]| 0.5 * (force + before[a]));
                     state.external_work += mean * (guess[node][a] - start[node][a]);
                 }
             }
@@ -200,32 +193,46 @@ impl Step<'_> {
         u.iter().zip(start).map(|(u, s)| std::array::from_fn(|a| s[a] + share * (u[a] - s[a]))).collect()
     }
 
-    fn each_body(&self, displacement: &[[f64; 3]], mut sum: impl FnMut(&Task<'_>) -> Result<(), Trouble>) -> Result<(), StepError> {
-        for part in &self.total.parts {
-            let task = self.total.task(self.model, part, displacement, self.scheme.is_conserving());
-            sum(&task).map_err(|trouble| self.total.explain(self.model, self.state, self.time, &trouble))?;
-        }
+    /// Carries a guess along with nodes whose displacement is prescribed, by one linear solve.
+    fn follow(&mut self, prescribed: &[[f64; 3]], guess: &mut Vectors) -> Result<(), Failure<StepError>> {
+        let add = |u: &[[f64; 3]], share: f64, v: &[[f64; 3]]| -> Vectors {
+            u.iter().zip(v).map(|(u, v)| std::array::from_fn(|a| u[a] + share * v[a])).collect()
+        };
+        let here = self.residual(guess).map_err(Failure::Trouble)?;
+        let there = self.residual(&add(guess, SMALL, prescribed)).map_err(Failure::Trouble)?;
+        let change = add(&there.forces, -1.0, &here.forces);
+        let forces = add(&here.forces, 1.0 / SMALL, &change);
+        let Some(correction) = self.correction(guess, &forces).map_err(Failure::Trouble)? else {
+            return Err(Failure::NoConvergence(Vec::new()));
+        };
+        *guess = add(&add(guess, 1.0, prescribed), 1.0, &correction);
         Ok(())
     }
 
-    /// Carries a guess along with nodes whose displacement is prescribed, by one linear solve.
-    fn follow(&mut self, prescribed: &[[f64; 3]], guess: &mut Vectors, matrix: &mut Matrix) -> Result<(), Failure<StepError>> {
-        let here = self.residual(guess).map_err(Failure::Trouble)?;
-        let pushed =
-            |share: f64| -> Vectors { guess.iter().zip(prescribed).map(|(u, p)| std::array::from_fn(|a| u[a] + share * p[a])).collect() };
-        let there = self.residual(&pushed(SMALL)).map_err(Failure::Trouble)?;
-        matrix.clear();
-        let symmetric = self.stiffness(guess, matrix).map_err(Failure::Trouble)?;
-        let mut right: Vec<f64> =
-            matrix.components().map(|(node, a)| here.forces[node][a] + (there.forces[node][a] - here.forces[node][a]) / SMALL).collect();
-        let Some(factor) = matrix.factor(symmetric) else { return Err(Failure::NoConvergence(Vec::new())) };
-        factor.solve(&mut right);
-        let mut next = pushed(1.0);
-        for ((node, axis), c) in matrix.components().zip(&right) {
-            next[node][axis] += c;
+    /// Makes the stiffness at a displacement; tells whether it is symmetric.
+    fn stiffen(&mut self, u: &[[f64; 3]]) -> Result<bool, StepError> {
+        self.matrix.clear();
+        let inner = self.at(u, self.trial.inner);
+        let (stiffness, share) = (self.total.sweeps.stiffness, self.trial.inner);
+        for part in &self.total.parts {
+            let task = self.total.task(self.model, part, &inner, self.scheme.is_conserving());
+            let summed = stiffness(&task, &self.state.particles, share, self.matrix);
+            summed.map_err(|trouble| self.total.explain(self.model, self.state, self.time, &trouble))?;
         }
-        *guess = next;
-        Ok(())
+        let outer = self.at(u, self.trial.outer);
+        let time = self.time + self.trial.time * self.length;
+        let follows = self.total.load_stiffness(self.model, self.state, time, &outer, self.trial.outer, self.matrix)?;
+        let by_moved = self.trial.acceleration[0];
+        if self.scheme.has_inertia() {
+            for body in &self.total.bodies {
+                let nodes = body.reference.start..body.reference.start + body.reference.len();
+                self.matrix.add_scalar(|i, j| {
+                    let both = nodes.contains(&i) && nodes.contains(&j);
+                    if both { by_moved * body.mass.entry(i - nodes.start, j - nodes.start) } else { 0.0 }
+                });
+            }
+        }
+        Ok(!follows && !self.scheme.is_conserving())
     }
 }
 
@@ -237,16 +244,18 @@ impl Balance for Step<'_> {
         let d = self.model.dimension;
         let mut internal = vec![[0.0; 3]; n];
         let inner = self.at(u, self.trial.inner);
-        let force = self.total.sweeps.force;
-        self.each_body(&inner, |task| force(task, &self.state.particles, &mut internal))?;
+        for part in &self.total.parts {
+            let task = self.total.task(self.model, part, &inner, self.scheme.is_conserving());
+            let summed = (self.total.sweeps.force)(&task, &self.state.particles, &mut internal);
+            summed.map_err(|trouble| self.total.explain(self.model, self.state, self.time, &trouble))?;
+        }
         let outer = self.at(u, self.trial.outer);
-        self.external.clear();
-        self.external.resize(n, [0.0; 3]);
+        let mut loads = vec![[0.0; 3]; n];
         let time = self.time + self.trial.time * self.length;
-        self.total.load(self.model, self.state, time, &outer, &mut self.external)?;
-        let mut forces: Vectors = internal.iter().zip(&self.external).map(|(i, e)| std::array::from_fn(|a| i[a] + e[a])).collect();
+        self.total.load(self.model, self.state, time, &outer, &mut loads)?;
+        let mut forces: Vectors = internal.iter().zip(&loads).map(|(i, e)| std::array::from_fn(|a| i[a] + e[a])).collect();
         let norm = |v: &[[f64; 3]]| v.iter().flatten().map(|v| v * v).sum::<f64>().sqrt();
-        let mut size = norm(&internal).max(norm(&self.external));
+        let mut size = norm(&internal).max(norm(&loads));
         if self.scheme.has_inertia() {
             let [by_moved, by_velocity, by_acceleration] = self.trial.acceleration;
             let nodes = &self.state.nodes;
@@ -268,30 +277,23 @@ impl Balance for Step<'_> {
                 (0..d).for_each(|a| force[a] -= inertia[a]);
             }
         }
-        Ok(Residual { forces, size })
+        let mut supports = vec![[0.0; 3]; n];
+        for held in &self.total.held {
+            let force = &mut forces[held.node][held.axis];
+            supports[held.node][held.axis] = -std::mem::take(force);
+        }
+        Ok(Residual { forces, supports, loads, size })
     }
 
-    fn stiffness(&mut self, u: &[[f64; 3]], matrix: &mut Matrix) -> Result<bool, StepError> {
-        let inner = self.at(u, self.trial.inner);
-        let stiffness = self.total.sweeps.stiffness;
-        let share = self.trial.inner;
-        self.each_body(&inner, |task| stiffness(task, &self.state.particles, share, matrix))?;
-        let outer = self.at(u, self.trial.outer);
-        let time = self.time + self.trial.time * self.length;
-        let follows = self.total.load_stiffness(self.model, self.state, time, &outer, self.trial.outer, matrix)?;
-        let by_moved = self.trial.acceleration[0];
-        if self.scheme.has_inertia() {
-            for body in &self.total.bodies {
-                let nodes = body.reference.start..body.reference.start + body.reference.len();
-                matrix.add_scalar(|i, j| {
-                    if !nodes.contains(&i) || !nodes.contains(&j) {
-                        return 0.0;
-                    }
-                    let (i, j) = (i - nodes.start, j - nodes.start);
-                    by_moved * body.mass.entry(i, j)
-                });
-            }
+    fn correction(&mut self, u: &[[f64; 3]], forces: &[[f64; 3]]) -> Result<Option<Vectors>, StepError> {
+        let symmetric = self.stiffen(u)?;
+        let Some(factor) = self.matrix.factor(symmetric) else { return Ok(None) };
+        let mut x: Vec<f64> = self.matrix.components().map(|(node, a)| forces[node][a]).collect();
+        factor.solve(&mut x);
+        let mut correction = vec![[0.0; 3]; u.len()];
+        for ((node, a), x) in self.matrix.components().zip(x) {
+            correction[node][a] = x;
         }
-        Ok(!follows && !self.scheme.is_conserving())
+        Ok(Some(correction))
     }
 }
