@@ -229,3 +229,39 @@ fn newton_converges_quadratically_with_follower_loads() {
         assert!(report.iterations <= 8, "{}", report.iterations);
     }
 }
+
+/// Corrections by iteration and by a factor lead to the same balance.
+#[test]
+fn iterations_and_factors_agree() {
+    for (dimension, integrator, time) in [(2, "quasi_static", "step = 0.5"), (3, "newmark", "step = 0.05"), (3, "quasi_static", "step = 1.0")] {
+        let tip = |solver: &str| {
+            let (size, max, at) = if dimension == 2 { ("[8, 2]", "[8, 1]", "[8, 1]") } else { ("[8, 2, 2]", "[8, 1, 1]", "[8, 1, 0.5]") };
+            let zero = if dimension == 2 { "[0, 0]" } else { "[0, 0, 0]" };
+            let load = if dimension == 2 { "[\"10*t\", \"-200*t\"]" } else { "[\"10*t\", \"-200*t\", \"30*t\"]" };
+            let fixed = if dimension == 2 { "[\"x\", \"y\"]" } else { "[\"x\", \"y\", \"z\"]" };
+            let mut sim = build(&format!(
+                r#"
+                title = "bent beam"
+                dimension = {dimension}
+                grid = {{ origin = {zero}, size = {size}, cell = 0.5 }}
+                material.m = {{ law = "neo_hookean", young = 1e5, poisson = 0.3, density = 1000.0 }}
+                body.beam = {{ material = "m", shape = {{ box = {{ min = {zero}, max = {max} }} }} }}
+                boundary.root = {{ face = "x-", fixed = {fixed} }}
+                load.tip.traction = {{ body = "beam", face = "x+", value = {load} }}
+                probe.tip = {{ at = {at} }}
+                method = {{ formulation = "total", integrator = "{integrator}", linear_solver = "{solver}" }}
+                time = {{ end = 1.0, {time} }}
+                "#
+            ));
+            let start = std::time::Instant::now();
+            let report = sim.step(1.0).unwrap();
+            println!("{dimension}D {integrator} {solver}: {} iterations, {:?}", report.iterations, start.elapsed());
+            sim.get("probe/tip/displacement").unwrap().to_vec()
+        };
+        let (direct, iterative) = (tip("direct"), tip("iterative"));
+        println!("{direct:?} {iterative:?}");
+        assert!(direct.iter().any(|u| u.abs() > 0.1), "hardly bent");
+        // both balance forces to 1e-10
+        assert!(direct.iter().zip(&iterative).all(|(a, b)| (a - b).abs() < 1e-7), "{direct:?} {iterative:?}");
+    }
+}

@@ -39,6 +39,8 @@ pub(crate) struct Model {
     pub(crate) integrator: scene::Integrator,
     /// Scheme of implicit steps.
     pub(crate) implicit: Option<Scheme>,
+    /// How its linear systems are solved; by their size where none is asked for.
+    pub(crate) linear_solver: Option<scene::LinearSolver>,
     /// When Newton's method stops.
     pub(crate) newton: Rules,
     pub(crate) transfer: Transfer,
@@ -428,6 +430,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         reference,
         integrator: method.integrator(),
         implicit,
+        linear_solver: method.linear_solver,
         newton: Rules { residual: method.newton_residual.unwrap_or(1e-10), iterations: method.newton_iterations.unwrap_or(20) },
         total: method.is_total(),
         mean_dilatation: method.mean_dilatation,

@@ -57,6 +57,9 @@ pub struct Method {
     /// Most iterations of Newton's method before a step is halved; 20 if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub newton_iterations: Option<usize>,
+    /// How the linear systems of Newton's method are solved; by their size if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub linear_solver: Option<LinearSolver>,
     /// Whether the particles of a cell share its mean change of volume: keeps nearly incompressible bodies from locking. For the total
     /// formulation.
     #[serde(skip_serializing_if = "is_false")]
@@ -98,6 +101,7 @@ impl Default for Method {
             spectral_radius: None,
             newton_residual: None,
             newton_iterations: None,
+            linear_solver: None,
             mean_dilatation: false,
             transfer: Transfer::Flip,
             flip_share: None,
@@ -262,6 +266,17 @@ impl Integrator {
     pub fn is_updated(self) -> bool {
         matches!(self, Self::Usf | Self::Usl | Self::Musl)
     }
+}
+
+/// How the linear systems of implicit steps are solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LinearSolver {
+    /// A sparse factor: Cholesky, or elimination where that fails or the system is not symmetric.
+    Direct,
+    /// Conjugate gradients without a matrix, from the inverse of the stiffness of a box at rest; direct where the system is not symmetric and
+    /// positive.
+    Iterative,
 }
 
 /// How velocity travels between particles and grid.

@@ -14,7 +14,7 @@ mod structure;
 
 pub use fault::{Fault, SceneError, nearest};
 pub use formula::Formula;
-pub use method::{Basis, Domain, Formulation, Integrator, Mass, MassSolver, Method, Quadrature, QuadratureOf, Transfer};
+pub use method::{Basis, Domain, Formulation, Integrator, LinearSolver, Mass, MassSolver, Method, Quadrature, QuadratureOf, Transfer};
 pub use shape::{Face, FacePoint, Shape};
 
 use indexmap::IndexMap;

@@ -12,7 +12,7 @@ use crate::state::Particles;
 use nalgebra::Matrix3;
 
 pub(super) const fn sweeps<const D: usize, const W: usize>() -> Sweeps {
-    Sweeps { advance: advance::<D, W>, force: force::<D, W>, stiffness: stiffness::<D, W> }
+    Sweeps { advance: advance::<D, W>, force: force::<D, W>, stiffness: stiffness::<D, W>, linear: None }
 }
 
 /// A particle of a cell.

@@ -40,12 +40,31 @@ pub(crate) struct Sweeps {
     pub(crate) force: fn(&Task<'_>, &Particles, &mut [[f64; 3]]) -> Result<(), Trouble>,
     /// Adds this much of minus the derivative of the internal forces by the displacement \[N/m\].
     pub(crate) stiffness: fn(&Task<'_>, &Particles, f64, &mut Matrix) -> Result<(), Trouble>,
+    /// The same without a matrix; not where particles of a cell depend on each other.
+    pub(crate) linear: Option<Linear>,
+}
+
+/// The stiffness as a sum over the particles.
+#[derive(Clone, Copy)]
+pub(crate) struct Linear {
+    /// Appends the moduli of the particles, times their volumes \[J\].
+    pub(crate) moduli: fn(&Task<'_>, &Particles, &mut Vec<f64>) -> Result<(), Trouble>,
+    /// Adds the stiffness of these moduli times a nodal field \[N\].
+    pub(crate) times: fn(&Task<'_>, &[f64], &[[f64; 3]], &mut [[f64; 3]]),
 }
 
 /// `mean`: with the mean volume ratio of cells.
 pub(crate) fn sweeps(dimension: usize, width: usize, mean: bool) -> Sweeps {
     fn of<const D: usize, const W: usize>() -> [Sweeps; 2] {
-        [Sweeps { advance: advance::<D, W>, force: force::<D, W>, stiffness: stiffness::<D, W> }, dilatation::sweeps::<D, W>()]
+        [
+            Sweeps {
+                advance: advance::<D, W>,
+                force: force::<D, W>,
+                stiffness: stiffness::<D, W>,
+                linear: Some(Linear { moduli: moduli::<D, W>, times: stiffness_times::<D, W> }),
+            },
+            dilatation::sweeps::<D, W>(),
+        ]
     }
     let both = match (dimension, width) {
         (1, 2) => of::<1, 2>(),
@@ -187,6 +206,36 @@ fn stiffness<const D: usize, const W: usize>(
         matrix.add(&nodes, &block);
     }
     Ok(())
+}
+
+fn moduli<const D: usize, const W: usize>(task: &Task<'_>, particles: &Particles, all: &mut Vec<f64>) -> Result<(), Trouble> {
+    for p in task.first..task.last {
+        let at = task.reference.particle(p - task.offset);
+        let (start, new) = task.deform::<D, W>(particles, p, &at);
+        let moduli = task.moduli(&start, &new).map_err(|why| Trouble { particle: p, why })?;
+        let volume = particles.volume[p];
+        all.extend(moduli.as_flattened().as_flattened().as_flattened().iter().map(|a| volume * a));
+    }
+    Ok(())
+}
+
+fn stiffness_times<const D: usize, const W: usize>(task: &Task<'_>, moduli: &[f64], x: &[[f64; 3]], y: &mut [[f64; 3]]) {
+    for (p, moduli) in (task.first..task.last).zip(moduli.chunks_exact(D * D * D * D)) {
+        let at = task.reference.particle(p - task.offset);
+        let mut gradient = [[0.0; D]; D];
+        task.reference.each::<D, W>(&at, |node, _, slope: [f64; D]| {
+            for i in 0..D {
+                for k in 0..D {
+                    gradient[i][k] += x[node][i] * slope[k];
+                }
+            }
+        });
+        let change = gradient.as_flattened();
+        let dot = |row: &[f64]| row.iter().zip(change).map(|(a, b)| a * b).sum::<f64>();
+        let stress: Plane<D> = std::array::from_fn(|i| std::array::from_fn(|j| dot(&moduli[(i * D + j) * D * D..][..D * D])));
+        // forces of a stress are minus its work, stiffness is minus the derivative of forces
+        task.push::<D, W>(&at, -1.0, &stress, y);
+    }
 }
 
 impl Task<'_> {

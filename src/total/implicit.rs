@@ -14,14 +14,14 @@ const HALVINGS: u32 = 8;
 const SMALL: f64 = 1e-6;
 
 /// A step under way.
-struct Step<'a> {
-    total: &'a mut Total,
-    model: &'a Model,
-    state: &'a State,
-    scheme: Scheme,
-    trial: Trial,
+pub(super) struct Step<'a> {
+    pub(super) total: &'a mut Total,
+    pub(super) model: &'a Model,
+    pub(super) state: &'a State,
+    pub(super) scheme: Scheme,
+    pub(super) trial: Trial,
     /// Time at the start \[s\].
-    time: f64,
+    pub(super) time: f64,
     /// Its length \[s\].
     length: f64,
     /// Of the stiffness.
@@ -188,7 +188,7 @@ impl Total {
 }
 
 impl Step<'_> {
-    fn at(&self, u: &[[f64; 3]], share: f64) -> Vectors {
+    pub(super) fn at(&self, u: &[[f64; 3]], share: f64) -> Vectors {
         let start = &self.state.nodes.displacement;
         u.iter().zip(start).map(|(u, s)| std::array::from_fn(|a| s[a] + share * (u[a] - s[a]))).collect()
     }
@@ -286,6 +286,11 @@ impl Balance for Step<'_> {
     }
 
     fn correction(&mut self, u: &[[f64; 3]], forces: &[[f64; 3]]) -> Result<Option<Vectors>, StepError> {
+        if self.total.iterates(self.model, self.scheme)
+            && let Some(correction) = self.iterate(u, forces)?
+        {
+            return Ok(Some(correction));
+        }
         let symmetric = self.stiffen(u)?;
         let Some(factor) = self.matrix.factor(symmetric) else { return Ok(None) };
         let mut x: Vec<f64> = self.matrix.components().map(|(node, a)| forces[node][a]).collect();

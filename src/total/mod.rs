@@ -6,10 +6,12 @@ mod dilatation;
 mod explicit;
 mod force;
 mod implicit;
+mod iterative;
 mod limit;
 mod load;
 mod mass;
 mod measure;
+mod precondition;
 mod reference;
 mod updated;
 
@@ -22,6 +24,7 @@ use crate::model::{Boundary, Model};
 use crate::state::{Nodes, State, Table};
 use explicit::Scheme;
 use force::{Sweeps, Task, Trouble};
+use iterative::Precondition;
 use load::{Action, Host};
 use mass::Mass;
 use reference::{Reference, Vectors};
@@ -64,6 +67,8 @@ pub(crate) struct Total {
     scheme: &'static Scheme,
     /// Stiffness of the implicit schemes; its pattern never changes.
     matrix: Option<Matrix>,
+    /// What iterations start from.
+    precondition: Option<Precondition>,
     /// Iterations of Newton's method since the last call of `begin`.
     iterations: u64,
     /// Internal forces at the displacement of the state \[N\]; empty where they are not known.
@@ -129,6 +134,7 @@ impl Total {
             sweeps: force::sweeps(model.dimension, model.axes[0].width(), model.mean_dilatation),
             scheme: Scheme::of(model.integrator),
             matrix: None,
+            precondition: None,
             iterations: 0,
             internal: Vec::new(),
             external: Vec::new(),

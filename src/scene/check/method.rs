@@ -1,7 +1,7 @@
 //! Methods that make no sense, and those that are seldom wise.
 
 use super::super::fault::plain;
-use super::super::{Basis, Fault, Integrator, Law, Mass, Method, Plane, Positions, Quadrature, Scene, Transfer};
+use super::super::{Basis, Fault, Integrator, Law, LinearSolver, Mass, Method, Plane, Positions, Quadrature, Scene, Transfer};
 use super::Check;
 
 /// Most terms of FMPM.
@@ -72,6 +72,13 @@ impl Check<'_> {
             self.require(integrator.is_implicit(), "method.newton_iterations", || "is for implicit integrators only; leave it out".into());
             self.require((1..=1000).contains(&iterations), "method.newton_iterations", || format!("is {iterations}; must be 1 to 1000"));
         }
+        let boxes = total && !method.mean_dilatation && integrator != Integrator::EnergyMomentum && integrator.is_implicit();
+        self.require(boxes || method.linear_solver != Some(LinearSolver::Iterative), "method.linear_solver", || {
+            "is \"iterative\", which is for implicit steps of formulation = \"total\", without mean_dilatation and energy_momentum; take direct".into()
+        });
+        self.require(integrator.is_implicit() || method.linear_solver.is_none(), "method.linear_solver", || {
+            "is for implicit integrators only; leave it out".into()
+        });
         if integrator.is_implicit() {
             let time = &self.scene.time;
             self.require(time.step.is_some(), "time.step", || "is missing; an implicit integrator has no stable step to go by".into());

@@ -8,18 +8,28 @@ use crate::total::reference::Line;
 
 /// A symmetric matrix with a band of `MOST - 1` beside the diagonal: entry `[i][k]` is that of row i and column i - k.
 #[derive(Debug, Clone, PartialEq)]
-struct Band(Vec<[f64; MOST]>);
+pub(in crate::total) struct Band(Vec<[f64; MOST]>);
 
 impl Band {
     /// Integrals of the products of the functions of an axis \[m\].
-    fn mass(axis: &Axis) -> Self {
+    pub(in crate::total) fn mass(axis: &Axis) -> Self {
+        Self::integrals(axis, |line| line.weight)
+    }
+
+    /// Integrals of the products of their slopes \[1/m\].
+    pub(in crate::total) fn stiffness(axis: &Axis) -> Self {
+        Self::integrals(axis, |line| line.slope)
+    }
+
+    fn integrals(axis: &Axis, of: impl Fn(&Line) -> [f64; MOST]) -> Self {
         let mut band = vec![[0.0; MOST]; axis.functions() as usize];
         for cell in 0..axis.cells() {
             for (xi, share) in gauss_legendre(axis.width()) {
                 let line = Line::at(axis, axis.origin() + axis.cell_size() * (f64::from(cell) + xi));
+                let values = of(&line);
                 for a in 0..axis.width() {
                     for b in 0..=a {
-                        band[line.first + a][a - b] += share * axis.cell_size() * line.weight[a] * line.weight[b];
+                        band[line.first + a][a - b] += share * axis.cell_size() * values[a] * values[b];
                     }
                 }
             }
@@ -47,7 +57,7 @@ impl Band {
         self
     }
 
-    fn entry(&self, i: usize, j: usize) -> f64 {
+    pub(in crate::total) fn entry(&self, i: usize, j: usize) -> f64 {
         let (low, high) = (i.min(j), i.max(j));
         self.0[high].get(high - low).copied().unwrap_or(0.0)
     }

@@ -6,6 +6,7 @@ mod sparse;
 use super::Held;
 use super::reference::Reference;
 use crate::model::Model;
+pub(super) use filled::Band;
 use filled::FilledMass;
 use sparse::SparseMass;
 
