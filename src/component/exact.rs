@@ -5,6 +5,7 @@ use crate::scene::{self, Formula, StressComponent};
 use nalgebra::Matrix3;
 
 /// The known solution.
+#[derive(Clone)]
 pub(super) struct Exact {
     displacement: Vec<Formula>,
     velocity: Vec<Formula>,
@@ -73,10 +74,12 @@ fn place(component: StressComponent) -> (usize, usize) {
 }
 
 /// Displacement, velocity and stress over X at some times.
+#[derive(Clone)]
 struct Reference {
     times: Vec<Frame>,
 }
 
+#[derive(Clone)]
 struct Frame {
     time: f64,
     /// X, displacement, velocity, stress, by X.

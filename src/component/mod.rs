@@ -99,15 +99,14 @@ impl Simulation {
 
     /// A simulation of the same scene that takes over states of this one; it is in none until then.
     pub(crate) fn twin(&self) -> Self {
-        let exact = self.scene.exact.as_ref().and_then(|e| Exact::new(e, self.model.dimension).ok());
         Self {
             scene: self.scene.clone(),
             model: self.model.clone(),
             state: State::default(),
             stepper: Stepper::new(&self.model),
             stable_step: self.stable_step,
-            outputs: Outputs::new(&self.model, &self.state, exact.as_ref()),
-            exact,
+            outputs: Outputs::new(&self.model, &self.state, self.exact.as_ref()),
+            exact: self.exact.clone(),
             initial: self.initial.clone(),
             backup: State::default(),
             iterations: 0,
