@@ -152,6 +152,23 @@ impl Vector3 {
     }
 }
 
+impl PointCloud2 {
+    /// A cloud in one row: as many points as `data` holds, of `point_step` bytes each.
+    pub fn row(header: Header, fields: Vec<PointField>, point_step: usize, data: Bytes) -> Self {
+        Self {
+            header,
+            height: 1,
+            width: (data.0.len() / point_step) as u32,
+            fields,
+            is_bigendian: false,
+            point_step: point_step as u32,
+            row_step: data.0.len() as u32,
+            data,
+            is_dense: true,
+        }
+    }
+}
+
 impl Point {
     /// The components given; missing ones are zero.
     pub fn from_slice(v: &[f64]) -> Self {

@@ -280,7 +280,7 @@ impl Scribe {
         }
         if frame {
             let frame = read_frame(&mut self.twin, &self.about.columns, &self.body)?;
-            self.writer.write(&Item::Frame(frame.derive(&self.about.columns)))?;
+            self.writer.write(&Item::Frame(frame))?;
         }
         if snapshot {
             let twin = &self.twin;

@@ -158,21 +158,12 @@ pub struct Frame {
     pub values: Vec<Arc<Vec<f64>>>,
 }
 
-impl Frame {
-    /// Of what was read from a simulation: see [`read_frame`].
-    pub(super) fn derive(mut self, columns: &[Column]) -> Self {
-        for (values, column) in self.values.iter_mut().zip(columns) {
-            *values = column.derive(values.clone());
-        }
-        self
-    }
-}
-
-/// A frame whose values are those of the sources of its columns, shared with the simulation: no number is copied or computed that the
-/// simulation did not have to compute anyway. The `body` of each particle does not change. The rest is [`Frame::derive`], on another thread.
+/// A frame of the state of a simulation. The `body` of each particle does not change.
 pub(super) fn read_frame(sim: &mut Simulation, columns: &[Column], body: &Arc<Vec<f64>>) -> Result<Frame, ComponentError> {
-    let values = columns.iter().map(|column| if column.name == "body" { Ok(body.clone()) } else { sim.share(&column.source()) });
-    let values = values.collect::<Result<_, _>>()?;
+    let read = |column: &Column| {
+        if column.name == "body" { Ok(body.clone()) } else { sim.share(&column.source()).map(|source| column.derive(source)) }
+    };
+    let values = columns.iter().map(read).collect::<Result<_, _>>()?;
     Ok(Frame { time: sim.time(), step: sim.steps(), values })
 }
 

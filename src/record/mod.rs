@@ -31,6 +31,7 @@ pub use data::{About, Column, Event, Frame, Item, Level, Row, Snapshot};
 pub use energy::EnergyWatch;
 pub use error::RecordError;
 pub use options::{Options, Precision, RosNames, WhenFull};
+pub use particles::{pressure, von_mises};
 pub(crate) use picture::encode;
 pub use picture::{PictureSink, picture_of, sheet};
 pub use read::{Recording, Repair, repair};

@@ -3,14 +3,14 @@
 use crate::scene::Scene;
 
 /// Von Mises stress \[Pa\] of a 3x3 stress in C-order.
-pub(super) fn von_mises(s: &[f64]) -> f64 {
+pub fn von_mises(s: &[f64]) -> f64 {
     let normal = (s[0] - s[4]).powi(2) + (s[4] - s[8]).powi(2) + (s[8] - s[0]).powi(2);
     let shear = s[1] * s[1] + s[2] * s[2] + s[5] * s[5];
     (0.5 * normal + 3.0 * shear).sqrt()
 }
 
 /// Pressure \[Pa\] of a 3x3 stress in C-order, positive in compression.
-pub(super) fn pressure(s: &[f64]) -> f64 {
+pub fn pressure(s: &[f64]) -> f64 {
     -(s[0] + s[4] + s[8]) / 3.0
 }
 

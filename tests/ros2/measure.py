@@ -39,6 +39,7 @@ def clouds():
         got, _ = receive(next(DOMAINS), "particles_5000.toml", {"step": STEP}, reliability, 10)
         show(f"5,000 points, {reliability}", got, STEP)
     bar(100_000, "tiles", "best_effort")
+    bar(100_000, "tiles", "best_effort", buffer=True)
     for reliability in ("best_effort", "reliable"):
         bar(100_000, "whole", reliability, buffer=True)
 

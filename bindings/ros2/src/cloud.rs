@@ -4,6 +4,7 @@ use crate::interfaces::Bytes;
 use crate::interfaces::standard::{Header, PointCloud2, PointField};
 use matpoint::Simulation;
 use matpoint::component::ComponentError;
+use matpoint::record::{pressure, von_mises};
 use std::sync::Arc;
 
 const FLOAT32: u8 = 7;
@@ -102,29 +103,16 @@ impl Layout {
             }
             at += 4 * column.fields().0.len();
         }
-        Ok(self.message(header, points, Bytes(Arc::new(data))))
+        Ok(self.message(header, Bytes(Arc::new(data))))
     }
 
     /// A cloud in pieces of at most `points` points, in order; they share stamp and frame.
     pub fn tiles<'a>(&'a self, cloud: &'a PointCloud2, points: usize) -> impl ExactSizeIterator<Item = PointCloud2> + 'a {
-        cloud.data.0.chunks(points * self.point_step).map(|tile| {
-            let width = tile.len() / self.point_step;
-            self.message(cloud.header.clone(), width, Bytes(Arc::new(tile.to_vec())))
-        })
+        cloud.data.0.chunks(points * self.point_step).map(|tile| self.message(cloud.header.clone(), Bytes(Arc::new(tile.to_vec()))))
     }
 
-    fn message(&self, header: Header, points: usize, data: Bytes) -> PointCloud2 {
-        PointCloud2 {
-            header,
-            height: 1,
-            width: points as u32,
-            fields: self.fields.clone(),
-            is_bigendian: false,
-            point_step: self.point_step as u32,
-            row_step: data.0.len() as u32,
-            data,
-            is_dense: true,
-        }
+    fn message(&self, header: Header, data: Bytes) -> PointCloud2 {
+        PointCloud2::row(header, self.fields.clone(), self.point_step, data)
     }
 
     fn vectors(&self, data: &mut [u8], at: usize, values: &[f64], dimension: usize, stride: usize) {
@@ -150,18 +138,6 @@ impl Layout {
 /// The stride that keeps `particles` to `most` points.
 pub fn stride(particles: usize, most: usize) -> usize {
     particles.div_ceil(most.max(1)).max(1)
-}
-
-/// Von Mises stress \[Pa\] of a 3x3 stress in C-order.
-fn von_mises(s: &[f64]) -> f64 {
-    let normal = (s[0] - s[4]).powi(2) + (s[4] - s[8]).powi(2) + (s[8] - s[0]).powi(2);
-    let shear = s[1] * s[1] + s[2] * s[2] + s[5] * s[5];
-    (0.5 * normal + 3.0 * shear).sqrt()
-}
-
-/// Pressure \[Pa\] of a 3x3 stress in C-order, positive in compression.
-fn pressure(s: &[f64]) -> f64 {
-    -(s[0] + s[4] + s[8]) / 3.0
 }
 
 #[cfg(test)]

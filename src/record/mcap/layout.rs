@@ -64,17 +64,7 @@ impl Layout {
                 }
             }
         }
-        PointCloud2 {
-            header,
-            height: 1,
-            width: points as u32,
-            fields: self.fields.clone(),
-            is_bigendian: false,
-            point_step: self.step as u32,
-            row_step: data.len() as u32,
-            data: Bytes(Arc::new(data)),
-            is_dense: true,
-        }
+        PointCloud2::row(header, self.fields.clone(), self.step, Bytes(Arc::new(data)))
     }
 
     /// The frame of a cloud; `None` if the cloud is laid out differently.
