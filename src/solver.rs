@@ -102,6 +102,15 @@ impl Solver {
         }
     }
 
+    /// Forces out of balance over those in balance, by iteration of Newton's method in the last step.
+    pub(crate) fn residuals(&self) -> &[f64] {
+        match self {
+            Self::Updated(_) => &[],
+            Self::Implicit(updated) => updated.residuals(),
+            Self::Total(total) => total.residuals(),
+        }
+    }
+
     /// Measures the state, which stays as it is but for the order of its particles.
     pub(crate) fn measure(&mut self, model: &Model, state: &mut State) -> Result<Measures, StepError> {
         match self {

@@ -150,9 +150,15 @@ impl Simulation {
         self.state.steps
     }
 
-    /// Iterations of the solver of the mass matrix since the simulation was made; 0 with lumped mass.
+    /// Iterations of Newton's method, or of the solver of the mass matrix, since the simulation was made; 0 where there is neither.
     pub fn iterations(&self) -> u64 {
         self.iterations
+    }
+
+    /// Forces out of balance over those in balance \[-\], before each iteration of Newton's method in the last substep and at its end; empty
+    /// for explicit integrators, and before the first step.
+    pub fn residuals(&self) -> &[f64] {
+        self.solver.residuals()
     }
 
     /// Largest stable substep \[s\]: the stable step of the scene at time 0, less what waves and particles have gained in speed since

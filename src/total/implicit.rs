@@ -118,6 +118,7 @@ impl Total {
         }
         let (residual, history) = newton(&mut step, rules, &mut guess)?;
         self.iterations += history.len() as u64 - 1;
+        self.residuals = history;
 
         if !scheme.has_inertia() {
             // there is no mean over a time that does not count: the last balance is it

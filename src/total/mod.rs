@@ -71,6 +71,8 @@ pub(crate) struct Total {
     precondition: Option<Precondition>,
     /// Iterations of Newton's method since the last call of `begin`.
     iterations: u64,
+    /// Forces out of balance over those in balance, by iteration of the last solve.
+    residuals: Vec<f64>,
     /// Internal forces at the displacement of the state \[N\]; empty where they are not known.
     internal: Vectors,
     external: Vectors,
@@ -136,6 +138,7 @@ impl Total {
             matrix: None,
             precondition: None,
             iterations: 0,
+            residuals: Vec::new(),
             internal: Vec::new(),
             external: Vec::new(),
             acceleration: vec![[0.0; 3]; nodes],
@@ -202,6 +205,11 @@ impl Total {
     /// Iterations of Newton's method since [`Self::begin`].
     pub(crate) fn iterations(&self) -> u64 {
         self.iterations
+    }
+
+    /// Forces out of balance over those in balance, by iteration of the last solve.
+    pub(crate) fn residuals(&self) -> &[f64] {
+        &self.residuals
     }
 
     /// Mean force of each boundary on the bodies since [`Self::begin`] \[N\].

@@ -19,11 +19,12 @@ pub(crate) struct Updated {
     impulse: Vec<[f64; 3]>,
     kicked: f64,
     iterations: u64,
+    residuals: Vec<f64>,
 }
 
 impl Updated {
     pub(crate) fn new(model: &Model) -> Self {
-        Self { stepper: Stepper::new(model), impulse: Vec::new(), kicked: 0.0, iterations: 0 }
+        Self { stepper: Stepper::new(model), impulse: Vec::new(), kicked: 0.0, iterations: 0, residuals: Vec::new() }
     }
 
     /// Starts to add up boundary reactions.
@@ -41,6 +42,11 @@ impl Updated {
     /// Iterations of Newton's method since [`Self::begin`].
     pub(crate) fn iterations(&self) -> u64 {
         self.iterations
+    }
+
+    /// Forces out of balance over those in balance, by iteration of the last solve.
+    pub(crate) fn residuals(&self) -> &[f64] {
+        &self.residuals
     }
 
     /// One step of length `h` \[s\], or where that fails two of half the length.
@@ -75,6 +81,7 @@ impl Updated {
         }
         self.kicked += grid.kicked;
         self.iterations += grid.iterations;
+        self.residuals = std::mem::take(&mut grid.residuals);
         let reference = &grid.bodies[0].reference;
         for p in 0..state.particles.len() {
             let particles = &mut state.particles;
