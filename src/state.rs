@@ -171,6 +171,10 @@ pub(crate) struct State {
     pub(crate) steps: u64,
     /// Length of the last step \[s\]; 0 at the start, so that the first step gives half a kick (leapfrog).
     pub(crate) last_step: f64,
+    /// Length that the next step may have by the error of the last \[s\]; 0 where steps do not go by their error.
+    pub(crate) next_step: f64,
+    /// How long before the time of the state the accelerations in it are \[s\].
+    pub(crate) acceleration_age: f64,
     /// Smallest ratio of the wave speed at time 0 to wave plus particle speed now: how much of the stable step is left.
     pub(crate) pace: f64,
     /// The particles.
@@ -190,8 +194,10 @@ pub(crate) struct State {
 impl State {
     /// Copies this state into `other`, whose memory is used again.
     pub(crate) fn copy_to(&self, other: &mut Self) {
-        let Self { time, steps, last_step, pace, particles, nodes, bins, external_work, reactions, inputs } = self;
-        (other.time, other.steps, other.last_step, other.pace, other.external_work) = (*time, *steps, *last_step, *pace, *external_work);
+        let Self { time, steps, last_step, next_step, acceleration_age, pace, particles, nodes, bins, external_work, reactions, inputs } =
+            self;
+        (other.time, other.steps, other.pace, other.external_work) = (*time, *steps, *pace, *external_work);
+        (other.last_step, other.next_step, other.acceleration_age) = (*last_step, *next_step, *acceleration_age);
         other.nodes.displacement.clone_from(&nodes.displacement);
         other.nodes.velocity.clone_from(&nodes.velocity);
         other.nodes.acceleration.clone_from(&nodes.acceleration);
@@ -220,11 +226,13 @@ impl State {
         let blocks_are_different = self.bins.is_sorted_by(|a, b| (a.field, a.block) < (b.field, b.block));
         let blocks_are_on_the_grid = self.bins.iter().flat_map(|bin| bin.block).all(|b| (0..1 << 28).contains(&b));
         let bodies = other.particles.body.iter().max();
-        let numbers = [self.time, self.last_step, self.pace, self.external_work];
+        let numbers = [self.time, self.last_step, self.next_step, self.acceleration_age, self.pace, self.external_work];
         self.particles.fits(&other.particles)
             && self.particles.body.iter().max() <= bodies
             && numbers.iter().all(|v| v.is_finite())
             && self.last_step >= 0.0
+            && (self.next_step > 0.0) == (other.next_step > 0.0)
+            && self.acceleration_age >= 0.0
             && self.pace > 0.0
             && self.pace <= 1.0
             && ids_are_names

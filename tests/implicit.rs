@@ -271,3 +271,53 @@ fn iterations_and_factors_agree() {
         assert!(direct.iter().zip(&iterative).all(|(a, b)| (a - b).abs() < 1e-7), "{direct:?} {iterative:?}");
     }
 }
+
+/// A beam that is let go and swings; its tip, the steps it took, and the same after a restart half way.
+fn swing(formulation: &str, integrator: &str, time: &str) -> ([f64; 2], u64) {
+    let scene = format!(
+        r#"
+        title = "beam let go"
+        dimension = 2
+        grid = {{ origin = [0, -4], size = [5, 8], cell = 0.5 }}
+        material.m = {{ law = "neo_hookean", young = 1e6, poisson = 0.3, density = 1000.0 }}
+        body.beam = {{ material = "m", shape = {{ box = {{ min = [0, 0], max = [4, 1] }} }} }}
+        boundary.root = {{ face = "x-", fixed = ["x", "y"] }}
+        load.weight.gravity = [0, -10]
+        probe.tip = {{ at = [4, 0.5] }}
+        method = {{ formulation = "{formulation}", integrator = "{integrator}" }}
+        time = {{ end = 2.0, {time} }}
+        "#
+    );
+    let mut sim = build(&scene);
+    let first = sim.step(0.5).unwrap();
+    let half = sim.save();
+    let report = sim.step(0.3).unwrap();
+    let tip = sim.get("probe/tip/displacement").unwrap().to_vec();
+    let mut again = build(&scene);
+    again.restore(&half).unwrap();
+    assert_eq!((again.step(0.3).unwrap(), again.get("probe/tip/displacement").unwrap().to_vec()), (report, tip.clone()), "restart");
+    ([tip[0], tip[1]], first.substeps + report.substeps)
+}
+
+/// The error of a step goes with its third power, so a 64th of the error asks for a quarter of the step. What the steps do wrong adds up to
+/// their number times the error of each at most. The updated formulation projects on the grid in each step, whose error is another.
+#[test]
+fn steps_are_as_long_as_the_error_asked_for_allows() {
+    for formulation in ["total", "updated"] {
+        for integrator in ["newmark", "generalized_alpha", "energy_momentum"] {
+            let (exact, _) = swing(formulation, integrator, "step = 0.0005");
+            let found = [3.2e-4, 5e-6].map(|error| {
+                let (tip, steps) = swing(formulation, integrator, &format!("step = 0.1, error = {error}"));
+                (((tip[0] - exact[0]).powi(2) + (tip[1] - exact[1]).powi(2)).sqrt(), steps)
+            });
+            println!("{formulation} {integrator}: tip {exact:?}, error and steps {found:?}");
+            let [(coarse, few), (fine, many)] = found;
+            if formulation == "total" {
+                assert!((3.0..5.5).contains(&(many as f64 / few as f64)));
+                assert!(coarse < few as f64 * 3.2e-4 && fine < many as f64 * 5e-6);
+            } else {
+                assert!(many > 3 * few && fine < 0.25 * coarse);
+            }
+        }
+    }
+}

@@ -37,7 +37,7 @@ fn built_in_rust() -> Scene {
         probe: indexmap! { "tip".into() => Probe { body: None, at: vec![4.0, 0.5] } },
         contact: None,
         method: Method { transfer: Transfer::Apic, ..Method::default() },
-        time: Time { end: 1.0, step: None, cfl: None },
+        time: Time { end: 1.0, step: None, cfl: None, error: None },
         record: Record::default(),
         exact: None,
     }

@@ -173,6 +173,7 @@ impl Simulation {
         match self.model.pace {
             Pace::Fixed(step) => step,
             Pace::Cfl(share) => share * self.max_step(),
+            Pace::Error { .. } => self.state.next_step,
         }
     }
 
@@ -218,14 +219,20 @@ impl Simulation {
                     let left = substeps_in(end - time, share * self.max_step());
                     (left, (end - time) / left)
                 }
+                // the same, but each may turn out to be too long
+                Pace::Error { .. } => {
+                    let left = substeps_in(end - time, self.state.next_step);
+                    (left, if left <= 2.0 { (end - time) / left } else { self.state.next_step })
+                }
             };
             if time + h <= time || h.is_nan() {
                 return Err(StepError::Unstable { time, stable: self.max_step() });
             }
             self.solver.advance(&self.model, &mut self.state, h)?;
             done += 1.0;
-            smallest = smallest.min(h);
-            if left <= 1.0 {
+            let taken = self.state.time - time;
+            smallest = smallest.min(taken);
+            if left <= 1.0 && taken >= (1.0 - 1e-9) * h {
                 break;
             }
             if !proceed() {
@@ -357,6 +364,7 @@ impl Simulation {
         let step = match model.pace {
             Pace::Fixed(step) => format!("{step} s, fixed"),
             Pace::Cfl(share) => format!("{share} of the stable step"),
+            Pace::Error { allowed, longest } => format!("up to {longest} s, by an error of {allowed} m a step"),
         };
         let method = vec![
             ("formulation", if model.total { "total Lagrangian" } else { "updated Lagrangian" }.into()),
@@ -408,7 +416,7 @@ impl Simulation {
 }
 
 /// First bytes of a snapshot; the last is the version of its format.
-const SNAPSHOT: [u8; 8] = *b"matpnt\x00\x02";
+const SNAPSHOT: [u8; 8] = *b"matpnt\x00\x03";
 
 /// Substeps of at most `step` in `dt`; a step that fits up to round-off fits.
 fn substeps_in(dt: f64, step: f64) -> f64 {

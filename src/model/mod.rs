@@ -39,6 +39,8 @@ pub(crate) struct Model {
     pub(crate) integrator: scene::Integrator,
     /// Scheme of implicit steps.
     pub(crate) implicit: Option<Scheme>,
+    /// Whether accelerations are part of the state.
+    pub(crate) remembers_acceleration: bool,
     /// How its linear systems are solved; by their size where none is asked for.
     pub(crate) linear_solver: Option<scene::LinearSolver>,
     /// When Newton's method stops.
@@ -201,6 +203,8 @@ pub(crate) enum Pace {
     Fixed(f64),
     /// A share of the stable step.
     Cfl(f64),
+    /// As long as the error of the displacement that a step makes is at most `allowed` \[m\], and at most `longest` \[s\].
+    Error { allowed: f64, longest: f64 },
 }
 
 /// What this scene needs; what is false here costs nothing.
@@ -351,6 +355,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
     let n = samples.len();
     let embedding = Embedding::new(dimension, scene.plane);
     let implicit = Scheme::new(method);
+    let remembers_acceleration = implicit.is_some_and(|scheme| scheme.needs_acceleration() || scene.time.error.is_some());
     let history = bodies.iter().map(|b| b.material.history()).max().unwrap_or(0);
     // with the volume ratio of the cell a particle is stretched across the plane, too
     let lateral = embedding.stress_free || method.mean_dilatation && dimension < 3;
@@ -370,13 +375,15 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         affine: Table::new(if affine { dimension * dimension } else { 0 }, n),
         history: Table::new(history, n),
         lateral: if lateral { ones(n) } else { Table::default() },
-        acceleration: if !method.is_total() && implicit.is_some_and(Scheme::needs_acceleration) {
-            Table::new(dimension, n)
-        } else {
-            Table::new(0, n)
-        },
+        acceleration: Table::new(if !method.is_total() && remembers_acceleration { dimension } else { 0 }, n),
     };
-    let mut state = State { particles, ..State::default() };
+    let pace = match (scene.time.error, scene.time.step) {
+        (Some(allowed), longest) => Pace::Error { allowed, longest: longest.unwrap_or(0.01 * scene.time.end) },
+        (None, Some(step)) => Pace::Fixed(step),
+        (None, None) => Pace::Cfl(scene.time.cfl.unwrap_or(0.4)),
+    };
+    let next_step = if let Pace::Error { longest, .. } = pace { longest } else { 0.0 };
+    let mut state = State { particles, next_step, ..State::default() };
     for (body, described) in bodies.iter().zip(scene.body.values()) {
         set_initial_velocity(&mut state.particles, body, described, dimension).map_err(fault(format!("body.{}.velocity", body.name)))?;
     }
@@ -430,6 +437,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         reference,
         integrator: method.integrator(),
         implicit,
+        remembers_acceleration,
         linear_solver: method.linear_solver,
         newton: Rules { residual: method.newton_residual.unwrap_or(1e-10), iterations: method.newton_iterations.unwrap_or(20) },
         total: method.is_total(),
@@ -447,10 +455,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
             _ => None,
         },
         friction: scene.contact.as_ref().map(|contact| contact.friction),
-        pace: match scene.time.step {
-            Some(step) => Pace::Fixed(step),
-            None => Pace::Cfl(scene.time.cfl.unwrap_or(0.4)),
-        },
+        pace,
         needs,
     };
     Ok((model, state))

@@ -343,19 +343,24 @@ pub struct Contact {
     pub friction: f64,
 }
 
-/// How long, and in what steps. Give either `step` or `cfl`; with neither, `cfl` is 0.4.
+/// How long, and in what steps. For explicit integrators give either `step` or `cfl`; with neither, `cfl` is 0.4. For implicit ones give
+/// `step`, or `error`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Time {
     /// End of a run \[s\].
     pub end: f64,
-    /// Fixed step \[s\]; refused where it is above the stable one.
+    /// Fixed step \[s\]; refused where it is above the stable one. Beside `error`: the longest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step: Option<f64>,
     /// Share of the stable step, above 0 and up to 1. The stable step is that of the particles where they are at time 0: leave room for
     /// other places in their cells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cfl: Option<f64>,
+    /// Largest error of the displacement that an implicit step may make \[m\], root of the mean square over the mass: steps are as long as an
+    /// estimate of it allows, up to `step`, or a hundredth of the run if that is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<f64>,
 }
 
 /// How often `run` records, in simulated seconds.

@@ -1,14 +1,11 @@
 //! ONE IMPLICIT STEP of the total-Lagrangian method: the displacement at its end, by Newton's method.
 
-use super::Total;
 use super::reference::Vectors;
+use super::{Total, pace};
 use crate::component::StepError;
 use crate::implicit::{Balance, Failure, Matrix, Residual, Scheme, Trial, newton};
 use crate::model::Model;
-use crate::state::State;
-
-/// How often a step is halved before it is given up.
-const HALVINGS: u32 = 8;
+use crate::state::{Nodes, State};
 
 /// Share of a prescribed displacement by which forces are differenced for the first guess.
 const SMALL: f64 = 1e-6;
@@ -28,44 +25,17 @@ pub(super) struct Step<'a> {
     matrix: &'a mut Matrix,
 }
 
-/// One step of length `h` \[s\], or where that fails two of half the length, and so on.
-pub(super) fn in_halves(
-    state: &mut State,
-    h: f64,
-    step: &mut impl FnMut(&mut State, f64) -> Result<(), Failure<StepError>>,
-) -> Result<(), StepError> {
-    fn halve(
-        state: &mut State,
-        h: f64,
-        left: u32,
-        step: &mut impl FnMut(&mut State, f64) -> Result<(), Failure<StepError>>,
-    ) -> Result<(), StepError> {
-        let time = state.time;
-        match step(state, h) {
-            Ok(()) => Ok(()),
-            Err(_) if left > 0 => {
-                halve(state, 0.5 * h, left - 1, step)?;
-                halve(state, 0.5 * h, left - 1, step)
-            }
-            Err(Failure::NoConvergence(residuals)) => Err(StepError::NoEquilibrium { time, step: h, residuals }),
-            Err(Failure::Trouble(error)) => Err(error),
-        }
-    }
-    halve(state, h, HALVINGS, step)
-}
-
 impl Total {
-    /// One step of length `h` \[s\], or where that fails two of half the length.
+    /// Moves the state on by `h` \[s\], or by less where steps go by their error.
     pub(super) fn advance_implicitly(&mut self, model: &Model, state: &mut State, scheme: Scheme, h: f64) -> Result<(), StepError> {
-        in_halves(state, h, &mut |state, h| self.solve_step(model, state, scheme, h))?;
-        state.last_step = h;
+        pace::advance(model, state, h, &mut |state: &mut State, h| self.solve_step(model, state, scheme, h))?;
         state.steps += 1;
         Ok(())
     }
 
     /// One step; a failed one leaves the state as it was.
     pub(super) fn solve_step(&mut self, model: &Model, state: &mut State, scheme: Scheme, h: f64) -> Result<(), Failure<StepError>> {
-        if scheme.needs_acceleration() && state.nodes.acceleration.is_empty() {
+        if model.remembers_acceleration && state.nodes.acceleration.is_empty() {
             self.initial_acceleration(model, state).map_err(Failure::Trouble)?;
         }
         let mut matrix = match self.matrix.take() {
@@ -119,6 +89,8 @@ impl Total {
         let (residual, history) = newton(&mut step, rules, &mut guess)?;
         self.iterations += history.len() as u64 - 1;
         self.residuals = history;
+        let (velocity, acceleration) = self.ends(model, state, scheme, h, &guess);
+        self.judge(model, state, scheme, h, &acceleration).map_err(Failure::Trouble)?;
 
         if !scheme.has_inertia() {
             // there is no mean over a time that does not count: the last balance is it
@@ -139,25 +111,29 @@ impl Total {
                 }
             }
         }
-        let nodes = &mut state.nodes;
-        for (node, (end, start)) in guess.iter().zip(&start).enumerate() {
-            for a in 0..d {
-                let acceleration = nodes.acceleration.get(node).map_or(0.0, |all| all[a]);
-                let [v, next] = scheme.end(h, end[a] - start[a], nodes.velocity[node][a], acceleration);
-                nodes.velocity[node][a] = v;
-                if let Some(all) = nodes.acceleration.get_mut(node) {
-                    all[a] = next;
-                }
-            }
-        }
-        for held in &self.held {
-            let velocity = |t: f64| model.boundaries[held.boundary].velocity(held.axis, t).unwrap_or(0.0);
-            nodes.velocity[held.node][held.axis] = if scheme.has_inertia() { velocity(time + h) } else { 0.0 };
-        }
-        nodes.displacement = guess;
+        let acceleration = if model.remembers_acceleration { acceleration } else { Vec::new() };
+        state.nodes = Nodes { displacement: guess, velocity, acceleration };
         state.time = time + h;
         self.internal.clear();
         self.update(model, state, state.time).map_err(Failure::Trouble)
+    }
+
+    /// Velocities and accelerations of the nodes at the end of a step, by their displacement there.
+    fn ends(&self, model: &Model, state: &State, scheme: Scheme, h: f64, end: &Vectors) -> (Vectors, Vectors) {
+        let nodes = &state.nodes;
+        let (mut velocity, mut acceleration) = (vec![[0.0; 3]; end.len()], vec![[0.0; 3]; end.len()]);
+        for (node, end) in end.iter().enumerate() {
+            for a in 0..model.dimension {
+                let before = nodes.acceleration.get(node).map_or(0.0, |all| all[a]);
+                let moved = end[a] - nodes.displacement[node][a];
+                [velocity[node][a], acceleration[node][a]] = scheme.end(h, moved, nodes.velocity[node][a], before);
+            }
+        }
+        for held in &self.held {
+            let given = model.boundaries[held.boundary].velocity(held.axis, state.time + h).unwrap_or(0.0);
+            velocity[held.node][held.axis] = if scheme.has_inertia() { given } else { 0.0 };
+        }
+        (velocity, acceleration)
     }
 
     /// Forces that act on the nodes at the start of a quasi-static step \[N\]: loads, and supports that meet them.

@@ -11,6 +11,7 @@ mod limit;
 mod load;
 mod mass;
 mod measure;
+mod pace;
 mod precondition;
 mod reference;
 mod updated;

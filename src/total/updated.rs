@@ -1,10 +1,9 @@
 //! ONE IMPLICIT STEP of the updated-Lagrangian method: a step of the total-Lagrangian one whose reference is the configuration at its
 //! start, on the grid of the scene, which forgets afterwards.
 
-use super::implicit::in_halves;
 use super::mass::Mass;
 use super::reference::Reference;
-use super::{Body, Held, Part, Total};
+use super::{Body, Held, Part, Total, pace};
 use crate::component::StepError;
 use crate::implicit::{Failure, Scheme};
 use crate::model::Model;
@@ -49,9 +48,9 @@ impl Updated {
         &self.residuals
     }
 
-    /// One step of length `h` \[s\], or where that fails two of half the length.
+    /// Moves the state on by `h` \[s\], or by less where steps go by their error.
     pub(crate) fn advance(&mut self, model: &Model, state: &mut State, scheme: Scheme, h: f64) -> Result<(), StepError> {
-        in_halves(state, h, &mut |state, h| self.advance_once(model, state, scheme, h))?;
+        pace::advance(model, state, h, &mut |state: &mut State, h| self.advance_once(model, state, scheme, h))?;
         state.steps += 1;
         Ok(())
     }

@@ -81,8 +81,17 @@ impl Check<'_> {
         });
         if integrator.is_implicit() {
             let time = &self.scene.time;
-            self.require(time.step.is_some(), "time.step", || "is missing; an implicit integrator has no stable step to go by".into());
+            self.require(time.step.is_some() || time.error.is_some(), "time.step", || {
+                "is missing; an implicit integrator has no stable step to go by: give it, or `error`".into()
+            });
             self.require(time.cfl.is_none(), "time.cfl", || "is for explicit integrators only; give `step`".into());
+        }
+        if let Some(error) = self.scene.time.error {
+            self.positive("time.error", error);
+            self.require(integrator.is_implicit(), "time.error", || "is for implicit integrators only; leave it out".into());
+            self.require(integrator != Integrator::QuasiStatic, "time.error", || {
+                "is for integrators with inertia: a balance of forces does not depend on the steps that led to it; give `step`".into()
+            });
         }
         let rate = self.scene.material.iter().find(|(_, m)| m.law == Law::HypoElastic);
         if let (Some((name, _)), Integrator::EnergyMomentum) = (rate, integrator) {
