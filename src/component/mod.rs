@@ -1,5 +1,6 @@
 //! 6 FROM OUTSIDE: all that an adapter (Python, ROS 2, a recorder, the command line) may see.
 
+mod auto;
 mod description;
 mod error;
 mod exact;
@@ -7,6 +8,7 @@ mod output;
 mod variable;
 mod words;
 
+pub use auto::Choice;
 pub use description::Description;
 pub use error::{ComponentError, StepError};
 pub use variable::{Causality, Report, Variable};
@@ -37,6 +39,8 @@ pub struct Simulation {
     /// Measures at time 0, from which errors of energy are counted.
     initial: Measures,
     outputs: Outputs,
+    /// What `method = "auto"` has chosen.
+    choices: Vec<Choice>,
     /// State before the step under way.
     backup: State,
     /// Iterations of the solver of the mass matrix since the simulation was made.
@@ -75,6 +79,8 @@ impl Simulation {
     /// Every fault of the scene; a fixed step above the stable one.
     pub fn new(scene: Scene) -> Result<Self, SceneError> {
         scene.check()?;
+        let (scene, choices) = auto::choose(scene)?;
+        scene.check()?;
         let (model, mut state) = Model::new(&scene)?;
         let fault = |path: &str, message: String| SceneError::Faults { file: None, faults: vec![Fault::new(path, message)] };
         let mut solver = Solver::new(&model, &mut state);
@@ -95,7 +101,7 @@ impl Simulation {
         let exact = scene.exact.as_ref().map(|e| Exact::new(e, model.dimension)).transpose().map_err(|m| fault("exact", m))?;
         let initial = solver.measure(&model, &mut state).map_err(|e| fault("body", e.to_string()))?;
         let outputs = Outputs::new(&model, &state, exact.as_ref());
-        Ok(Self { scene, model, state, solver, stable_step, exact, initial, outputs, backup: State::default(), iterations: 0 })
+        Ok(Self { scene, model, state, solver, stable_step, exact, initial, outputs, choices, backup: State::default(), iterations: 0 })
     }
 
     /// A simulation of the same scene that takes over states of this one; it is in none until then.
@@ -110,6 +116,7 @@ impl Simulation {
             outputs: Outputs::new(&self.model, &self.state, self.exact.as_ref()),
             exact: self.exact.clone(),
             initial: self.initial.clone(),
+            choices: self.choices.clone(),
             backup: State::default(),
             iterations: 0,
         }
@@ -135,7 +142,7 @@ impl Simulation {
         }
     }
 
-    /// The scene that runs.
+    /// The scene that runs; with `method = "auto"`, the method that was chosen.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
@@ -398,6 +405,7 @@ impl Simulation {
             particles: n,
             bodies: model.bodies.iter().map(|b| (b.name.clone(), b.particles.len())).collect(),
             method,
+            choices: self.choices.clone(),
             needs: list(true),
             skips: list(false),
             // the state, its copy while a step is under way, and the positions at time 0

@@ -7,6 +7,10 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Method {
+    /// Whether the method is chosen by what the scene holds, which `method = "auto"` in a scene asks for; all else is as it is by default
+    /// then.
+    #[serde(skip)]
+    pub auto: bool,
     /// In which configuration the balance of momentum is written.
     pub formulation: Formulation,
     /// Family of shape functions.
@@ -84,6 +88,7 @@ fn is_false(value: &bool) -> bool {
 impl Default for Method {
     fn default() -> Self {
         Self {
+            auto: false,
             formulation: Formulation::Updated,
             basis: Basis::Bspline,
             degree: None,
@@ -142,6 +147,37 @@ impl Method {
             Basis::Bspline => self.spline_degree() == 1,
             Basis::Cubic | Basis::Gimp => false,
         }
+    }
+}
+
+/// A method as a scene file has it.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum Written {
+    /// The point in the table.
+    Method(Box<Method>),
+    /// The word `"auto"`: formulation, degree and integrator are chosen by what the scene holds; `matpoint describe` says which and why.
+    Auto(Auto),
+}
+
+/// The word `auto`.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Auto {
+    /// Chosen by what the scene holds.
+    Auto,
+}
+
+impl Written {
+    pub(super) fn serialize<S: serde::Serializer>(method: &Method, to: S) -> Result<S::Ok, S::Error> {
+        if method.auto { Auto::Auto.serialize(to) } else { method.serialize(to) }
+    }
+
+    pub(super) fn deserialize<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Method, D::Error> {
+        Ok(match <Self as Deserialize>::deserialize(from)? {
+            Self::Method(method) => *method,
+            Self::Auto(_) => Method { auto: true, ..Method::default() },
+        })
     }
 }
 

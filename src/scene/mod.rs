@@ -50,8 +50,9 @@ pub struct Scene {
     /// What happens where bodies meet; without it they share one velocity field, and stick.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<Contact>,
-    /// How the scene is solved.
-    #[serde(default)]
+    /// How the scene is solved: a point in the table formulation x basis x quadrature x mass x transfer x integrator, or the word `"auto"`.
+    #[serde(default, with = "method::Written")]
+    #[schemars(with = "method::Written")]
     pub method: Method,
     /// How long, and in what steps.
     pub time: Time,

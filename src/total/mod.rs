@@ -190,6 +190,20 @@ impl Total {
         &self.lookup
     }
 
+    /// Whether a boundary holds any node.
+    pub(crate) fn is_held_by(&self, boundary: usize) -> bool {
+        self.held.iter().any(|held| held.boundary == boundary)
+    }
+
+    /// Whether boundaries keep every body from drifting, and from turning: they hold two nodes along each axis.
+    pub(crate) fn is_supported(&self, dimension: usize) -> bool {
+        self.bodies.iter().all(|body| {
+            let nodes = body.reference.start..body.reference.start + body.reference.len();
+            let count = |axis: usize| self.held.iter().filter(|held| held.axis == axis && nodes.contains(&held.node)).count();
+            (0..dimension).all(|axis| count(axis) >= if dimension > 1 { 2 } else { 1 })
+        })
+    }
+
     /// Forgets what belongs to another state.
     pub(crate) fn forget(&mut self) {
         self.internal.clear();

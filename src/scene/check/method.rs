@@ -12,6 +12,15 @@ const LARGEST_RESIDUAL: f64 = 1e-2;
 impl Check<'_> {
     pub(super) fn method(&mut self) {
         let method = &self.scene.method;
+        if let Some(error) = self.scene.time.error {
+            self.positive("time.error", error);
+        }
+        if method.auto {
+            // what is chosen is checked once it is
+            let plain = *method == Method { auto: true, ..Method::default() };
+            self.require(plain, "method", || "is automatic, and so leaves no choice; take away `auto`, or all else".into());
+            return;
+        }
         if let Some(degree) = method.degree {
             self.require(method.basis == Basis::Bspline, "method.degree", || "is for basis = \"bspline\" only; leave it out".into());
             self.require((1..=5).contains(&degree), "method.degree", || format!("is {degree}; must be 1 to 5"));
@@ -86,8 +95,7 @@ impl Check<'_> {
             });
             self.require(time.cfl.is_none(), "time.cfl", || "is for explicit integrators only; give `step`".into());
         }
-        if let Some(error) = self.scene.time.error {
-            self.positive("time.error", error);
+        if self.scene.time.error.is_some() {
             self.require(integrator.is_implicit(), "time.error", || "is for implicit integrators only; leave it out".into());
             self.require(integrator != Integrator::QuasiStatic, "time.error", || {
                 "is for integrators with inertia: a balance of forces does not depend on the steps that led to it; give `step`".into()
