@@ -139,6 +139,18 @@ impl Matrix {
         }
     }
 
+    /// The matrix times a field of the unknowns.
+    #[cfg(test)]
+    pub(crate) fn multiply(&self, x: &[f64]) -> Vec<f64> {
+        let mut y = vec![0.0; x.len()];
+        for (column, x) in x.iter().enumerate() {
+            for (&row, value) in self.values.symbolic().row_idx_of_col_raw(column).iter().zip(self.values.val_of_col(column)) {
+                y[row] += value * x;
+            }
+        }
+        y
+    }
+
     /// The matrix, of one component, times a nodal field.
     pub(crate) fn times(&self, field: &[f64]) -> Vec<f64> {
         let mut image = vec![0.0; field.len()];

@@ -77,8 +77,7 @@ impl Total {
         }
         let before = if scheme.has_inertia() || !model.needs.work { Vec::new() } else { self.supports(model, state, time)? };
         let rules = model.newton;
-        let trial = scheme.trial(h);
-        let mut step = Step { total: self, model, state, scheme, trial, time, length: h, matrix };
+        let mut step = Step::new(self, model, state, scheme, h, matrix);
         // a guess too far may invert particles: then from the start
         if step.residual(&guess).is_err() {
             guess.clone_from(&start);
@@ -157,14 +156,25 @@ impl Total {
     }
 
     /// The pattern of the stiffness: nodes of the same cell are coupled.
-    fn pattern(&self, model: &Model) -> Matrix {
+    pub(super) fn pattern(&self, model: &Model) -> Matrix {
         let held: std::collections::HashSet<(usize, usize)> = self.held.iter().map(|h| (h.node, h.axis)).collect();
         let cells: Vec<Vec<u32>> = self.bodies.iter().flat_map(|body| body.reference.cells()).collect();
         Matrix::new(self.acceleration.len(), model.dimension, cells.iter().map(Vec::as_slice), |node, axis| held.contains(&(node, axis)))
     }
 }
 
-impl Step<'_> {
+impl<'a> Step<'a> {
+    pub(super) fn new(
+        total: &'a mut Total,
+        model: &'a Model,
+        state: &'a State,
+        scheme: Scheme,
+        length: f64,
+        matrix: &'a mut Matrix,
+    ) -> Self {
+        Self { total, model, state, scheme, trial: scheme.trial(length), time: state.time, length, matrix }
+    }
+
     pub(super) fn at(&self, u: &[[f64; 3]], share: f64) -> Vectors {
         let start = &self.state.nodes.displacement;
         u.iter().zip(start).map(|(u, s)| std::array::from_fn(|a| s[a] + share * (u[a] - s[a]))).collect()
@@ -187,7 +197,7 @@ impl Step<'_> {
     }
 
     /// Makes the stiffness at a displacement; tells whether it is symmetric.
-    fn stiffen(&mut self, u: &[[f64; 3]]) -> Result<bool, StepError> {
+    pub(super) fn stiffen(&mut self, u: &[[f64; 3]]) -> Result<bool, StepError> {
         self.matrix.clear();
         let inner = self.at(u, self.trial.inner);
         let (stiffness, share) = (self.total.sweeps.stiffness, self.trial.inner);

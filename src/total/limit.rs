@@ -144,7 +144,7 @@ mod tests {
         };
         let exact = error(4000);
         let distance = |n: usize| (error(n)[0] - exact[0]).hypot(error(n)[1] - exact[1]);
-        let order = (distance(4) / distance(8)).log2();
+        let order = (distance(16) / distance(32)).log2();
         assert!((order - 4.0).abs() < 0.3, "{order}");
     }
 }

@@ -14,6 +14,8 @@ mod measure;
 mod pace;
 mod precondition;
 mod reference;
+#[cfg(test)]
+mod tests;
 mod updated;
 
 pub(crate) use updated::Updated;

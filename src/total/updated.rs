@@ -106,7 +106,7 @@ impl Updated {
 
 impl Total {
     /// The grid of the scene with all particles where they are.
-    fn of_now(model: &Model, state: &State, lookup: Vec<u32>) -> Self {
+    pub(super) fn of_now(model: &Model, state: &State, lookup: Vec<u32>) -> Self {
         let particles = &state.particles;
         let places = (0..particles.len()).map(|p| particles.position.row(p));
         let reference = Reference::new(&model.axes, None, 0, places);
