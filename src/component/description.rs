@@ -26,7 +26,7 @@ pub struct Description {
     pub skips: Vec<String>,
     /// Memory of particles, grid and tables \[bytes\].
     pub memory: usize,
-    /// Largest stable step at time 0 \[s\].
+    /// Largest stable step at time 0 \[s\]; infinite where steps are implicit.
     pub stable_step: f64,
     /// End of a run, as the scene has it \[s\].
     pub end: f64,
@@ -45,7 +45,7 @@ impl Description {
             ("particles", grouped(self.particles as u64)),
             ("bodies", self.bodies.iter().map(list).collect::<Vec<_>>().join(", ")),
             ("memory", bytes(self.memory)),
-            ("stable step", si(self.stable_step, "s")),
+            ("stable step", if self.stable_step.is_finite() { si(self.stable_step, "s") } else { "any: steps are implicit".into() }),
             ("end", si(self.end, "s")),
         ]
     }

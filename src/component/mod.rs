@@ -168,7 +168,7 @@ impl Simulation {
         self.solver.residuals()
     }
 
-    /// Largest stable substep \[s\]: the stable step of the scene at time 0, less what waves and particles have gained in speed since
+    /// Largest stable substep \[s\], infinite where steps are implicit: the stable step of the scene at time 0, less what waves and particles have gained in speed since
     /// (with a fixed step: what they had at time 0). Where particles have moved to other places in their cells it may be lower, down to
     /// half with one particle a cell; `cfl` is there to leave room for that.
     pub fn max_step(&self) -> f64 {
@@ -351,23 +351,6 @@ impl Simulation {
     /// What this simulation is: its method, what it needs and skips, its variables.
     pub fn describe(&self) -> Description {
         let model = &self.model;
-        let integrator = match model.integrator {
-            Integrator::Usf => "update stress first, leapfrog",
-            Integrator::Usl => "update stress last, leapfrog",
-            Integrator::Musl => "modified update stress last, leapfrog",
-            Integrator::Verlet => "velocity Verlet",
-            Integrator::Symplectic4 => "symplectic, of fourth order",
-            Integrator::QuasiStatic => "quasi-static",
-            Integrator::Newmark => "implicit, Newmark",
-            Integrator::GeneralizedAlpha => "implicit, generalised alpha",
-            Integrator::EnergyMomentum => "implicit, energy and momentum conserving",
-        };
-        let transfer = match model.transfer {
-            Transfer::Pic => "PIC".into(),
-            Transfer::Apic => "APIC".into(),
-            Transfer::Flip if model.flip_share == 1.0 => "FLIP".into(),
-            Transfer::Flip => format!("FLIP {} %, PIC the rest", 100.0 * model.flip_share),
-        };
         let step = match model.pace {
             Pace::Fixed(step) => format!("{step} s, fixed"),
             Pace::Cfl(share) => format!("{share} of the stable step"),
@@ -378,8 +361,8 @@ impl Simulation {
             ("basis", words::basis(&self.scene)),
             ("quadrature", words::quadrature(&self.scene.method)),
             ("mass", words::mass(model)),
-            ("transfer", transfer),
-            ("integrator", integrator.into()),
+            ("transfer", words::transfer(model)),
+            ("integrator", words::integrator(model.integrator).into()),
             ("step", step),
         ];
         let needs = &model.needs;

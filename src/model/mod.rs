@@ -380,7 +380,8 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
     let pace = match (scene.time.error, scene.time.step) {
         (Some(allowed), longest) => Pace::Error { allowed, longest: longest.unwrap_or(0.01 * scene.time.end) },
         (None, Some(step)) => Pace::Fixed(step),
-        (None, None) => Pace::Cfl(scene.time.cfl.unwrap_or(0.4)),
+        // bodies on grids of their own need no room for other places of particles in their cells
+        (None, None) => Pace::Cfl(scene.time.cfl.unwrap_or(if method.is_total() { 0.8 } else { 0.4 })),
     };
     let next_step = if let Pace::Error { longest, .. } = pace { longest } else { 0.0 };
     let mut state = State { particles, next_step, ..State::default() };
@@ -413,7 +414,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
     let light = if guarded { method.mass_tolerance.unwrap_or(0.1) * lightest } else { 0.0 };
     let needs = Needs {
         affine,
-        increment: flip_share > 0.0 || light > 0.0,
+        increment: !method.is_total() && implicit.is_none() && (flip_share > 0.0 || light > 0.0),
         body_force: loads.iter().any(|l| matches!(l.target, Target::BodyForce(_))),
         history,
         lateral,

@@ -344,7 +344,8 @@ pub struct Contact {
     pub friction: f64,
 }
 
-/// How long, and in what steps. For explicit integrators give either `step` or `cfl`; with neither, `cfl` is 0.4. For implicit ones give
+/// How long, and in what steps. For explicit integrators give either `step` or `cfl`; with neither, `cfl` is 0.4, or 0.8 in the total
+/// formulation. For implicit ones give
 /// `step`, or `error`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -368,7 +369,7 @@ pub struct Time {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Record {
-    /// Time between particle frames \[s\]; a hundredth of the run if left out.
+    /// Time between particle frames \[s\]; a hundredth of the run if left out, or `time.step` where that is longer.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every: Option<f64>,
     /// Substeps between particle frames, instead of `every`.
