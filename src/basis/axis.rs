@@ -156,6 +156,14 @@ impl Axis {
         self.origin + self.cell * place
     }
 
+    /// Integral of function `i` over that of one in the middle: splines at open knots are narrower.
+    pub(crate) fn share(&self, i: i32) -> f64 {
+        match self.family {
+            Family::OpenSpline(degree) => bspline::share(self.cells, degree, i),
+            _ => 1.0,
+        }
+    }
+
     /// Whether function `i` belongs to the lower or upper end of the grid: its node lies there or outside.
     pub(crate) fn ends(&self, i: i32, upper: bool) -> bool {
         match self.family {

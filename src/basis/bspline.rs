@@ -47,6 +47,11 @@ pub(super) fn greville_point(cells: i32, degree: usize, i: i32) -> f64 {
     (1..=degree as i32).map(|j| knot(cells, degree, i + j)).sum::<f64>() / degree as f64
 }
 
+/// Integral of function `i`, in cells: 1 unless its support is cut by an end.
+pub(super) fn share(cells: i32, degree: usize, i: i32) -> f64 {
+    (knot(cells, degree, i + degree as i32 + 1) - knot(cells, degree, i)) / (degree + 1) as f64
+}
+
 /// Cox-de Boor recursion (Tielen 2016, section 6.1) carried out on polynomials of the local coordinate of cell `c`.
 fn tabulate(pieces: &mut Pieces, cells: i32, degree: usize, c: i32) {
     let (p, span) = (degree, c + degree as i32);

@@ -253,6 +253,16 @@ impl Grid {
         (field, std::array::from_fn(|s| (block[s] << shift[s]) + local[s] as i32))
     }
 
+    /// Integral of the function of each stored node over that of one in the middle of the grid.
+    pub(crate) fn shares(&self, axes: &[Axis], shares: &mut Vec<f64>) {
+        shares.clear();
+        self.for_nodes(|_, node| {
+            // a block may reach beyond the grid
+            let of = |(axis, &i): (&Axis, &i32)| if (0..axis.functions()).contains(&i) { axis.share(i) } else { 1.0 };
+            shares.push(axes.iter().zip(&node[3 - axes.len()..]).map(of).product());
+        });
+    }
+
     /// Lists the held degrees of freedom of the active blocks. A later boundary overrides an earlier one.
     fn constrain(&mut self, model: &Model) {
         self.constraints.clear();

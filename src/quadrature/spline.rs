@@ -1,4 +1,7 @@
-//! Natural cubic splines (Tielen 2016, section 7.1): twice continuously differentiable, second derivative 0 at both ends.
+//! Cubic splines, twice continuously differentiable (Tielen 2016, section 7.1), but with ends "not a knot": the third derivative does not jump
+//! at the knots next to the ends. The natural ends of the thesis, whose second derivative is 0, leave an error of second order near them
+//! wherever that of the data is not 0, as for the stress at a wall; these are of fourth order up to the ends. With three knots the second
+//! derivative is constant.
 //!
 //! In terms of the second derivatives M at the knots, with steps h and values f, continuity of the first derivative is
 //! h\[i-1\] M\[i-1\] + 2 (h\[i-1\] + h\[i\]) M\[i\] + h\[i\] M\[i+1\] = 6 ((f\[i+1\] - f\[i\]) / h\[i\] - (f\[i\] - f\[i-1\]) / h\[i-1\]).
@@ -22,7 +25,7 @@ pub(crate) struct NotIncreasing {
 pub(crate) struct Bundle<'a> {
     lines: usize,
     abscissae: &'a [f64],
-    /// 1 / pivot of the row of each knot \[1/m\]; 0 at the ends, which makes their second derivative 0 without a special case.
+    /// 1 / pivot of the row of each knot \[1/m\]; 0 at the ends, which have none.
     inverse_pivots: &'a [f64],
 }
 
@@ -45,11 +48,36 @@ pub(crate) fn factor(lines: usize, abscissae: &[f64], inverse_pivots: &mut [f64]
     let end = x.len() - lines;
     inverse_pivots[..lines].fill(0.0);
     for i in lines..end {
-        let (below, above) = (step(i), step(i + lines));
-        inverse_pivots[i] = 1.0 / (2.0 * (below + above) - below * below * inverse_pivots[i - lines]);
+        let row = Row::new(x, lines, i);
+        // what the row above has right of its diagonal; of no account in the first, whose pivot above is 0
+        let over = if i >= 2 * lines { Row::new(x, lines, i - lines).above } else { 0.0 };
+        inverse_pivots[i] = 1.0 / (row.diagonal - row.below * over * inverse_pivots[i - lines]);
     }
     inverse_pivots[end..].fill(0.0);
     Ok(())
+}
+
+/// Row of a knot: factors of the second derivatives at the knot below, at it and above, once those at the ends are gone.
+struct Row {
+    below: f64,
+    diagonal: f64,
+    above: f64,
+}
+
+impl Row {
+    fn new(x: &[f64], lines: usize, i: usize) -> Self {
+        let (below, above) = (x[i] - x[i - lines], x[i + lines] - x[i]);
+        let mut row = Self { below, diagonal: 2.0 * (below + above), above };
+        match (i < 2 * lines, i + 2 * lines >= x.len()) {
+            // all three are the same
+            (true, true) => row = Self { below: 0.0, diagonal: 3.0 * (below + above), above: 0.0 },
+            // what is at the end goes on linearly from the two next to it
+            (true, false) => (row.diagonal, row.above) = (row.diagonal + below * (1.0 + below / above), above - below * below / above),
+            (false, true) => (row.diagonal, row.below) = (row.diagonal + above * (1.0 + above / below), below - above * above / below),
+            (false, false) => {}
+        }
+        row
+    }
 }
 
 impl<'a> Bundle<'a> {
@@ -64,18 +92,33 @@ impl<'a> Bundle<'a> {
         let (x, w, end) = (self.abscissae, self.lines, self.abscissae.len() - self.lines);
         bends[..w].fill([0.0; K]);
         for i in w..end {
-            let below = x[i] - x[i - w];
-            let (inverse_below, inverse_above) = (1.0 / below, 1.0 / (x[i + w] - x[i]));
+            let row = Row::new(x, w, i);
+            let (inverse_below, inverse_above) = (1.0 / (x[i] - x[i - w]), 1.0 / (x[i + w] - x[i]));
             for k in 0..K {
                 let kink = (values[i + w][k] - values[i][k]) * inverse_above - (values[i][k] - values[i - w][k]) * inverse_below;
-                bends[i][k] = (6.0 * kink - below * bends[i - w][k]) * self.inverse_pivots[i];
+                bends[i][k] = (6.0 * kink - row.below * bends[i - w][k]) * self.inverse_pivots[i];
             }
         }
         bends[end..].fill([0.0; K]);
         for i in (w..end).rev() {
-            let factor = (x[i + w] - x[i]) * self.inverse_pivots[i];
+            let factor = Row::new(x, w, i).above * self.inverse_pivots[i];
             for k in 0..K {
                 bends[i][k] -= factor * bends[i + w][k];
+            }
+        }
+        self.bend_ends(bends);
+    }
+
+    /// Second derivatives at the ends, from those next to them.
+    fn bend_ends<const K: usize>(&self, bends: &mut [[f64; K]]) {
+        let (x, w, n) = (self.abscissae, self.lines, self.abscissae.len());
+        for line in 0..if n >= 3 * w { w } else { 0 } {
+            // from the end inwards
+            for [i, j, l] in [[line, line + w, line + 2 * w], [n - w + line, n - 2 * w + line, n - 3 * w + line]] {
+                let ratio = if n == 3 * w { 0.0 } else { (x[i] - x[j]) / (x[j] - x[l]) };
+                for k in 0..K {
+                    bends[i][k] = bends[j][k] + ratio * (bends[j][k] - bends[l][k]);
+                }
             }
         }
     }

@@ -233,8 +233,9 @@ impl Stepper {
     /// Takes the points for those of the mass matrix, and particles where there are none.
     pub(super) fn assemble_points(&mut self, model: &Model, state: &State) -> Result<(), StepError> {
         let (mut matrix, mut all) = (std::mem::take(&mut self.matrix), std::mem::take(&mut self.integration));
-        let nodes = self.grid.momentum.len();
-        let made = matrix.set(model, nodes, |rows, mass| {
+        let mut shares = std::mem::take(&mut self.shares);
+        self.grid.shares(&model.axes, &mut shares);
+        let made = matrix.set(model, &shares, |rows, mass| {
             let d = model.dimension;
             for (b, points) in all.bodies.iter().enumerate() {
                 let field = model.field(b as u16);
@@ -254,7 +255,7 @@ impl Stepper {
             }
             Ok(())
         });
-        (self.matrix, self.integration) = (matrix, all);
+        (self.matrix, self.integration, self.shares) = (matrix, all, shares);
         made
     }
 

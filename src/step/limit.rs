@@ -284,7 +284,8 @@ mod tests {
         let method = r#"mass = "consistent", balance_mass = "lumped""#;
         let [usual, near] = [0.4, 0.9].map(|share| growth_of(method, share));
         println!("{method}: energy x {usual:.2} at 0.4, x {near:.2} at 0.9 of the stable step over 400 steps");
-        assert!(usual < 1.5 && near > 10.0, "{usual} {near}");
+        // leapfrog energy alone would oscillate by 1 / (1 - share^2), and not grow from one of these to the next
+        assert!(usual > 1.02 && usual < 1.5 && near > usual && near < 5.5, "{usual} {near}");
     }
 
     /// Stable step over h / c as a body slides through a cell: at its start, and the smallest.

@@ -50,11 +50,11 @@ pub(super) struct NotConverged {
 }
 
 impl MassMatrix {
-    /// Takes over points with their masses, for a grid of this many nodes.
+    /// Takes over points with their masses, for nodes whose functions have these integrals, over that of one in the middle of the grid.
     pub(super) fn set<E>(
         &mut self,
         model: &Model,
-        nodes: usize,
+        shares: &[f64],
         fill: impl FnOnce(&mut SparseRows, &mut Vec<f64>) -> Result<(), E>,
     ) -> Result<(), E> {
         self.rows.clear(model);
@@ -62,7 +62,7 @@ impl MassMatrix {
         fill(&mut self.rows, &mut self.mass)?;
         for values in [&mut self.diagonal, &mut self.lumped, &mut self.shared] {
             values.clear();
-            values.resize(nodes, 0.0);
+            values.resize(shares.len(), 0.0);
         }
         for p in 0..self.rows.len() {
             for (node, weight) in self.rows.row(p) {
@@ -78,7 +78,7 @@ impl MassMatrix {
                 *diagonal = 0.0;
             }
         }
-        self.lump_light(model.lump_below);
+        self.lump_light(model.lump_below, shares);
         Ok(())
     }
 
@@ -98,9 +98,10 @@ impl MassMatrix {
         }
     }
 
-    fn lump_light(&mut self, below: f64) {
+    /// Lumps nodes below a mass: a function that the end of the grid makes narrower may have as much less in full cells.
+    fn lump_light(&mut self, below: f64, shares: &[f64]) {
         self.light.clear();
-        self.light.extend(self.lumped.iter().map(|&m| m > 0.0 && m < below));
+        self.light.extend(self.lumped.iter().zip(shares).map(|(&m, share)| m > 0.0 && m < below * share));
         self.any_light = self.light.contains(&true);
         if !self.any_light {
             return;
@@ -339,7 +340,7 @@ mod tests {
         let (model, _) = Model::new(&Scene::from_toml(&text).unwrap()).unwrap();
         let stepper = Stepper::new(&model);
         let mut matrix = MassMatrix::default();
-        let set: Result<(), usize> = matrix.set(&model, 12, |rows, mass| {
+        let set: Result<(), usize> = matrix.set(&model, &[1.0; 12], |rows, mass| {
             let mut stencils = StencilRows::default();
             for x in places {
                 let place = Places { position: [[*x; BATCH]; 3], half: [[0.0; BATCH]; 3] };

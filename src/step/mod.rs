@@ -59,6 +59,8 @@ pub(crate) struct Stepper {
     matrix: mass::MassMatrix,
     /// Whether the mass matrix is that of the particles where they are.
     matrix_is_current: bool,
+    /// Integrals of the functions of the nodes, over that of one in the middle of the grid.
+    shares: Vec<f64>,
     /// Right-hand side of a mass matrix.
     right: Vec<Lanes>,
     /// A mass matrix times a field.
@@ -87,6 +89,7 @@ impl Stepper {
             integration: integrate::Integration::new(model),
             matrix: mass::MassMatrix::default(),
             matrix_is_current: false,
+            shares: Vec::new(),
             right: Vec::new(),
             product: Vec::new(),
             wrong: None,

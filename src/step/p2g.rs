@@ -112,8 +112,9 @@ impl Stepper {
         if model.quadrature_of_velocity {
             self.assemble_points(model, state)?;
         } else {
-            let Self { matrix, grid, kernels, rows, .. } = self;
-            matrix.set(model, grid.momentum.len(), |points, mass| {
+            let Self { matrix, grid, kernels, rows, shares, .. } = self;
+            grid.shares(&model.axes, shares);
+            matrix.set(model, shares, |points, mass| {
                 mass.extend_from_slice(&state.particles.mass);
                 let particles = Rows::new(&mut state.particles);
                 for (b, bin) in state.bins.iter().enumerate() {
