@@ -42,11 +42,15 @@ enum Command {
 
 A recording that was cut off, because its process was killed or the disk was full, gets its index again; all that reached the disk is kept.")]
     Inspect(InspectArgs),
-    /// Write a recording in another format.
+    /// Write a recording in another format, or publish it in ROS 2.
     #[command(after_help = "Examples:
   matpoint replay beam.mcap --to rrd             writes beam.rrd
   matpoint replay beam.rrd --to look/beam.pvd    for ParaView
-  ros2 bag play beam.mcap                        publishes it: .mcap recordings are bags")]
+  matpoint replay beam.mcap --to ros2            publishes it once somebody listens, in its own time, by matpoint-node
+  matpoint replay beam.mcap --to ros2 -- --loop --ros-args -p real_time_factor:=0.5
+  ros2 bag play beam.mcap                        publishes it too: .mcap recordings are bags
+
+matpoint-node (cargo build --release -p matpoint-ros2) is looked for beside this program, then on PATH; MATPOINT_NODE says it is elsewhere.")]
     Replay(ReplayArgs),
     /// Find every fault of a scene without running it.
     #[command(after_help = "Examples:
@@ -182,12 +186,15 @@ struct InspectArgs {
 struct ReplayArgs {
     /// Recording: .mcap or .rrd.
     run: PathBuf,
-    /// rrd, mcap or vtk, for a file beside the recording; or a file that ends in .rrd, .mcap or .pvd.
+    /// rrd, mcap or vtk, for a file beside the recording; a file that ends in .rrd, .mcap or .pvd; or ros2, to publish it.
     #[arg(long, value_name = "FORMAT|FILE")]
     to: PathBuf,
     /// Write over a file that exists.
     #[arg(long)]
     force: bool,
+    /// With --to ros2, arguments of matpoint-node, such as --loop or --ros-args -p real_time_factor:=0.5.
+    #[arg(last = true, value_name = "NODE ARGUMENTS")]
+    node: Vec<std::ffi::OsString>,
 }
 
 #[derive(Args)]
