@@ -46,7 +46,7 @@ A recording that was cut off, because its process was killed or the disk was ful
     #[command(after_help = "Examples:
   matpoint replay beam.mcap --to rrd             writes beam.rrd
   matpoint replay beam.rrd --to look/beam.pvd    for ParaView
-  matpoint replay beam.mcap --to ros2            publishes it once somebody listens, in its own time, by matpoint-node
+  matpoint replay beam.mcap --to ros2            publishes it in its own time, by matpoint-node
   matpoint replay beam.mcap --to ros2 -- --loop --ros-args -p real_time_factor:=0.5
   ros2 bag play beam.mcap                        publishes it too: .mcap recordings are bags
 

@@ -146,8 +146,8 @@ pub fn thinned(settings: &Settings, particles: usize, stride: usize) -> Option<S
     })
 }
 
-/// Points in a tile of points of `point_step` bytes, and the time over which tiles are sent where the next cloud comes after `period` seconds:
-/// most of that. `None` for one message.
+/// Points in a tile, of `point_step` bytes each, and the time over which the tiles of a cloud are sent: most of the `period` \[s\] until the
+/// next one. `None` where a cloud is one message.
 pub fn tiling(settings: &Settings, point_step: usize, period: f64) -> Option<(usize, Duration)> {
     (settings.mode == Mode::Tiles).then(|| (points_in(settings.max_bytes, point_step), Duration::from_secs_f64(0.9 * period)))
 }

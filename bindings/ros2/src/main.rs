@@ -21,10 +21,10 @@ use std::time::Duration;
 #[derive(Parser)]
 #[command(name = "matpoint-node", version, arg_required_else_help = true)]
 #[command(after_help = "Examples:
-  matpoint-node beam.toml                                            simulates it
-  matpoint-node beam.toml --ros-args -p record:=beam.mcap            and records it
-  matpoint-node --replay beam.mcap                                   publishes what was recorded
-  matpoint-node --replay beam.mcap --ros-args -p real_time_factor:=0 as fast as its subscribers take it")]
+  matpoint-node beam.toml                                  simulates it
+  matpoint-node beam.toml --ros-args -p record:=beam.mcap  and records it
+  matpoint-node --replay beam.mcap                         publishes what was recorded
+  matpoint-node --replay beam.mcap --loop --ros-args -p real_time_factor:=0.5")]
 struct Cli {
     /// Scene file, TOML or JSON.
     #[arg(required_unless_present = "replay")]

@@ -1,5 +1,5 @@
-//! Publishing on a thread of its own: the newest of each kind wins, so that no subscriber can hold up a step. A replay is patient instead: it
-//! waits until each message is out.
+//! Publishing on a thread of its own: the newest of each kind wins, so that no subscriber can hold up a step. A replay is patient instead:
+//! it waits until each message is out.
 
 use crate::args::Level;
 use crate::cloud;

@@ -1,5 +1,5 @@
-//! A recording published as the node that made it did: the same topics, messages, names and stamps, in their own time. Nothing is simulated:
-//! there are no loads, services or parameter services.
+//! A recording published as the node that made it did: the same topics, messages, names and stamps, in their own time. Nothing is
+//! simulated: there are no loads, services or parameter services.
 
 use crate::args::{ArgsError, Level, RosArgs};
 use crate::cloud;
@@ -23,8 +23,8 @@ use std::time::{Duration, Instant};
 /// Once one subscriber is there, those of the same program are known after so long.
 const SETTLE: Duration = Duration::from_secs(1);
 
-/// After the last message: what a reliable subscriber has lost is sent again within this. Subscribers say each 0.1 s what they lack; ros2-client
-/// does not tell when they lack nothing.
+/// After the last message: what a reliable subscriber has lost is sent again within this. Subscribers say each 0.1 s what they lack;
+/// ros2-client does not tell when they lack nothing.
 const LINGER: Duration = Duration::from_secs(2);
 
 /// Parameters that have an effect on a replay, or are given to every node.
