@@ -38,7 +38,10 @@
 //! | `quadrature` | Gauss points with fields reconstructed from the particles: along rows by splines, in cells by least squares |
 //! | `transfer` | particles to grid and back: the kernels |
 //! | `material` | one file a law, always 3x3; plane strain, plane stress and one dimension are embeddings, in one place |
-//! | `step` | ONE STEP: one file a stage, named in running order; the stable step; measures |
+//! | `step` | ONE STEP of particles that move through a grid: one file a stage, named in running order; the stable step; measures |
+//! | `total` | ONE STEP of bodies on grids of their own (total Lagrangian), explicit and implicit |
+//! | `implicit` | what implicit steps share: schemes in time, Newton's method, sparse matrices, conjugate gradients |
+//! | `solver` | the choice between them, made once |
 //! | [`component`] | FROM OUTSIDE: [`Simulation`], the variable list, snapshots: all that an adapter may see |
 //! | [`record`] | DATA OUT: Rerun, MCAP, ParaView, CSV, pictures; recordings read back, compared, repaired |
 //! | [`messages`], `msgs` | the ROS 2 messages: what `.mcap` recordings hold and the node publishes, defined once |
@@ -51,7 +54,7 @@
 //!
 //! 1. `Scene`, `Model`, `State`, loads and scratch are separate. `save -> restore -> step` gives the same bytes (`tests/determinism.rs`).
 //! 2. The step reads like the algorithm box of the papers, and with lumped mass and particle quadrature it allocates nothing once its
-//!    buffers have grown.
+//!    buffers have grown (in the updated formulation).
 //! 3. A material is 3x3 in, 3x3 out.
 //! 4. A choice becomes a type or a function pointer once, in `transfer::Kernels::new`; inside a kernel dimension and width are constants.
 //! 5. Adapters see only [`component`]; nothing sees them. Names, units, shapes and docs of variables live in one list.
@@ -72,7 +75,10 @@
 //! - Serendipity elements need no list stencil: they are Lagrange elements whose inner nodes are tied to the others (`grid/tied.rs`).
 //! - Contact has no second grid: blocks belong to a field, bodies have blocks of their own, and corrections run over blocks that two fields
 //!   have (`step/contact.rs`). An impulse acts only between nodes that approached before the kick too; Bardenhagen's rule alone adds energy.
-//! - Mass matrices are never assembled: rows of shape functions at the points where mass sits (`step/mass.rs`). Rows of nodes lighter than a
+//! - An implicit step of the updated formulation is a step of the total one whose reference is the configuration at its start
+//!   (`total/updated.rs`): one residual and one tangent for both, tested against differences for each law (`total/tests.rs`).
+//! - In the total formulation velocity stays on the nodes, and the particles are quadrature points: nothing is projected, nothing is lost.
+//! - Mass matrices of the step through a grid are never assembled: rows of shape functions at the points where mass sits (`step/mass.rs`). Rows of nodes lighter than a
 //!   particle are lumped, which keeps the stable step and cures what makes the papers' consistent mass fail at a free end.
 //! - Taylor least squares do not fix cell means to the sums of the particles (`quadrature/least_squares.rs` has the measurement); sums are
 //!   made good over the body.
@@ -88,6 +94,7 @@ mod color;
 pub mod component;
 mod draft;
 mod grid;
+mod implicit;
 mod material;
 #[cfg(feature = "mcap")]
 pub mod messages;
@@ -95,11 +102,13 @@ mod model;
 mod quadrature;
 pub mod record;
 pub mod scene;
+mod solver;
 mod state;
 mod step;
 pub mod study;
 mod svg;
 pub mod text;
+mod total;
 mod transfer;
 
 pub use component::Simulation;

@@ -92,6 +92,8 @@ pub(crate) struct Particles {
     pub(crate) history: Table,
     /// Stretch across the plane or axis \[-\], (n, 1); empty unless stress-free there.
     pub(crate) lateral: Table,
+    /// Acceleration \[m/s2\], (n, D); empty but for implicit schemes of the updated formulation that need it.
+    pub(crate) acceleration: Table,
 }
 
 impl Particles {
@@ -99,13 +101,21 @@ impl Particles {
         self.id.len()
     }
 
-    fn tables(&self) -> [&Table; 6] {
-        [&self.position, &self.velocity, &self.deformation, &self.affine, &self.history, &self.lateral]
+    fn tables(&self) -> [&Table; 7] {
+        [&self.position, &self.velocity, &self.deformation, &self.affine, &self.history, &self.lateral, &self.acceleration]
     }
 
     /// Tables, to be handled alike when particles are sorted.
-    pub(crate) fn tables_mut(&mut self) -> [&mut Table; 6] {
-        [&mut self.position, &mut self.velocity, &mut self.deformation, &mut self.affine, &mut self.history, &mut self.lateral]
+    pub(crate) fn tables_mut(&mut self) -> [&mut Table; 7] {
+        [
+            &mut self.position,
+            &mut self.velocity,
+            &mut self.deformation,
+            &mut self.affine,
+            &mut self.history,
+            &mut self.lateral,
+            &mut self.acceleration,
+        ]
     }
 
     /// Memory of one particle \[bytes\].
@@ -124,6 +134,7 @@ impl Particles {
             && self.affine.is(other.affine.width(), n)
             && self.history.is(other.history.width(), n)
             && self.lateral.is(other.lateral.width(), n)
+            && self.acceleration.is(other.acceleration.width(), n)
     }
 }
 
@@ -140,6 +151,17 @@ pub(crate) struct Bin {
     pub(crate) end: u32,
 }
 
+/// The nodes of the grids that bodies have of their own, body by body; empty in the updated formulation, whose grid forgets.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Nodes {
+    /// Displacement \[m\].
+    pub(crate) displacement: Vec<[f64; 3]>,
+    /// Velocity at the time of the state \[m/s\].
+    pub(crate) velocity: Vec<[f64; 3]>,
+    /// Acceleration at the time of the state \[m/s2\]; empty for schemes that do not need it.
+    pub(crate) acceleration: Vec<[f64; 3]>,
+}
+
 /// All that changes while a scene runs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct State {
@@ -149,10 +171,16 @@ pub(crate) struct State {
     pub(crate) steps: u64,
     /// Length of the last step \[s\]; 0 at the start, so that the first step gives half a kick (leapfrog).
     pub(crate) last_step: f64,
+    /// Length that the next step may have by the error of the last \[s\]; 0 where steps do not go by their error.
+    pub(crate) next_step: f64,
+    /// How long before the time of the state the accelerations in it are \[s\].
+    pub(crate) acceleration_age: f64,
     /// Smallest ratio of the wave speed at time 0 to wave plus particle speed now: how much of the stable step is left.
     pub(crate) pace: f64,
     /// The particles.
     pub(crate) particles: Particles,
+    /// The nodes, where they are remembered.
+    pub(crate) nodes: Nodes,
     /// Blocks in the order of the particles.
     pub(crate) bins: Vec<Bin>,
     /// Work done on the body by loads and moving boundaries since time 0 \[J\].
@@ -166,8 +194,13 @@ pub(crate) struct State {
 impl State {
     /// Copies this state into `other`, whose memory is used again.
     pub(crate) fn copy_to(&self, other: &mut Self) {
-        let Self { time, steps, last_step, pace, particles, bins, external_work, reactions, inputs } = self;
-        (other.time, other.steps, other.last_step, other.pace, other.external_work) = (*time, *steps, *last_step, *pace, *external_work);
+        let Self { time, steps, last_step, next_step, acceleration_age, pace, particles, nodes, bins, external_work, reactions, inputs } =
+            self;
+        (other.time, other.steps, other.pace, other.external_work) = (*time, *steps, *pace, *external_work);
+        (other.last_step, other.next_step, other.acceleration_age) = (*last_step, *next_step, *acceleration_age);
+        other.nodes.displacement.clone_from(&nodes.displacement);
+        other.nodes.velocity.clone_from(&nodes.velocity);
+        other.nodes.acceleration.clone_from(&nodes.acceleration);
         other.bins.clone_from(bins);
         other.reactions.clone_from(reactions);
         other.inputs.clone_from(inputs);
@@ -193,11 +226,13 @@ impl State {
         let blocks_are_different = self.bins.is_sorted_by(|a, b| (a.field, a.block) < (b.field, b.block));
         let blocks_are_on_the_grid = self.bins.iter().flat_map(|bin| bin.block).all(|b| (0..1 << 28).contains(&b));
         let bodies = other.particles.body.iter().max();
-        let numbers = [self.time, self.last_step, self.pace, self.external_work];
+        let numbers = [self.time, self.last_step, self.next_step, self.acceleration_age, self.pace, self.external_work];
         self.particles.fits(&other.particles)
             && self.particles.body.iter().max() <= bodies
             && numbers.iter().all(|v| v.is_finite())
             && self.last_step >= 0.0
+            && (self.next_step > 0.0) == (other.next_step > 0.0)
+            && self.acceleration_age >= 0.0
             && self.pace > 0.0
             && self.pace <= 1.0
             && ids_are_names
@@ -205,6 +240,9 @@ impl State {
             && blocks_are_different
             && blocks_are_on_the_grid
             && (next as usize == n || self.bins.is_empty())
+            && self.nodes.displacement.len() == other.nodes.displacement.len()
+            && self.nodes.velocity.len() == other.nodes.velocity.len()
+            && (self.nodes.acceleration.is_empty() || self.nodes.acceleration.len() == self.nodes.velocity.len())
             && self.reactions.len() == other.reactions.len()
             && self.inputs.len() == other.inputs.len()
             && self.inputs.iter().zip(&other.inputs).all(|(a, b)| a.len() == b.len())

@@ -117,6 +117,32 @@ const BEAM_CASES: &[Case] = &[
     ("solution with too many axes", "[time]", "[exact]\nstress = { xz = 1 }\n[time]", ":39:17: exact.stress.xz: is always zero in dimension 2"),
 ];
 
+/// Other methods and times in place of those of the beam.
+#[rustfmt::skip]
+const METHOD_CASES: &[(&str, &str, &str, &str)] = &[
+    ("integrator of the other formulation", "formulation = \"total\"\nintegrator = \"usl\"", "", "method.integrator: is \"usl\", which formulation = \"total\" does not have; allowed: verlet, symplectic4, quasi_static"),
+    ("and the other way round", "integrator = \"verlet\"", "", "method.integrator: is \"verlet\", which formulation = \"updated\" does not have; allowed: usf, usl, musl, quasi_static"),
+    ("implicit without a step", "integrator = \"newmark\"", "", ":38:2: time.step: is missing; an implicit integrator has no stable step to go by"),
+    ("implicit with a share", "integrator = \"newmark\"", "error = 1e-3\ncfl = 0.5", "time.cfl: is for explicit integrators only; give `step`"),
+    ("error of explicit steps", "formulation = \"total\"", "error = 1e-3", "time.error: is for implicit integrators only; leave it out"),
+    ("error of nothing", "integrator = \"newmark\"", "error = 0", "time.error: is 0; must be above 0"),
+    ("error without inertia", "integrator = \"quasi_static\"", "error = 1e-3", "time.error: is for integrators with inertia"),
+    ("basis without a grid of its own", "formulation = \"total\"\nbasis = \"gimp\"", "", "method.basis: is \"gimp\"; formulation = \"total\" has linear, bspline"),
+    ("transfer without particles that move", "formulation = \"total\"\ntransfer = \"apic\"", "", "method.transfer: is for formulation = \"updated\""),
+    ("series in the total formulation", "formulation = \"total\"\nmass = \"fmpm\"\nfmpm_order = 2", "", "method.mass: is \"fmpm\"; formulation = \"total\" has lumped, consistent"),
+    ("beta of another scheme", "integrator = \"generalized_alpha\"\nnewmark_beta = 0.3", "step = 0.1", "method.newmark_beta: is for integrator = \"newmark\" only"),
+    ("gamma that blows up", "integrator = \"newmark\"\nnewmark_gamma = 0.4", "step = 0.1", "method.newmark_gamma: is 0.4; must be 0.5 to 1"),
+    ("radius above one", "integrator = \"generalized_alpha\"\nspectral_radius = 1.1", "step = 0.1", "method.spectral_radius: is 1.1; must be 0 to 1"),
+    ("residual of no solver", "newton_residual = 1e-8", "", "method.newton_residual: is for implicit integrators only"),
+    ("residual below round-off", "integrator = \"newmark\"\nnewton_residual = 1e-20", "step = 0.1", "method.newton_residual: is 1e-20; must be 1e-14 to 0.01"),
+    ("no iterations", "integrator = \"newmark\"\nnewton_iterations = 0", "step = 0.1", "method.newton_iterations: is 0; must be 1 to 1000"),
+    ("iterations where there is no box", "integrator = \"newmark\"\nlinear_solver = \"iterative\"", "step = 0.1", "method.linear_solver: is \"iterative\", which is for implicit steps of formulation = \"total\""),
+    ("solver of nothing", "linear_solver = \"direct\"", "", "method.linear_solver: is for implicit integrators only"),
+    ("mean dilatation of particles that move", "mean_dilatation = true", "", "method.mean_dilatation: is for formulation = \"total\" only"),
+    ("affine and implicit", "integrator = \"newmark\"\ntransfer = \"apic\"", "step = 0.1", "method.transfer: is \"apic\", which integrator = \"newmark\" does not have; take flip, pic"),
+    ("points and implicit", "integrator = \"newmark\"\nquadrature = \"splines\"", "step = 0.1", "method.quadrature: is \"splines\", which integrator = \"newmark\" does not have; take particles"),
+];
+
 /// Shapes in place of the box of the beam, with the traction taken away: its face is not there any more.
 #[rustfmt::skip]
 const SHAPE_CASES: &[(&str, &str, &str)] = &[
@@ -201,7 +227,7 @@ fn command_refuses(file: &Path, says: &str) {
     let run = matpoint()
         .arg("run")
         .arg(file)
-        .args(["--record".as_ref(), out.path().join("x.rrd").as_os_str(), "--csv".as_ref(), out.path().as_os_str()])
+        .args(["--record".as_ref(), out.path().join("x.svg").as_os_str(), "--csv".as_ref(), out.path().as_os_str()])
         .output()
         .unwrap();
     for Output { status, stderr, .. } in [check, run] {
@@ -233,6 +259,21 @@ fn each_fault_has_its_own_message_and_place() {
 /// Puts the name of the file before a place.
 fn placed(name: &str, says: &str) -> String {
     if says.starts_with(':') { format!("{name}{says}") } else { says.to_string() }
+}
+
+#[test]
+fn methods_that_make_no_sense_are_refused() {
+    for (case, method, time, says) in METHOD_CASES {
+        let text = change(BEAM, "transfer = \"flip\"\n\n[time]\nend = 1.0", &format!("{method}\n\n[time]\nend = 1.0\n{time}"));
+        refused(case, "beam.toml", &text, &says.replace(":38:", &format!(":{}:", 37 + method.lines().count())));
+    }
+    let word = change(BEAM, "[method]\ntransfer = \"flip\"\n", "");
+    refused(
+        "automatic",
+        "beam.toml",
+        &format!("method = \"automatic\"\n{word}"),
+        ":1:10: method: is the text \"automatic\"; must be a table",
+    );
 }
 
 #[test]

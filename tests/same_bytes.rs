@@ -4,8 +4,8 @@
 
 use indexmap::indexmap;
 use matpoint::scene::{
-    Axis, Body, Boundary, Expr, External, Grid, Law, Load, Material, Method, OneOrEach, Plane, Positions, Probe, Record, Scene, Shape,
-    Signal, Time, Traction, Transfer,
+    Axis, Body, Boundary, Expr, External, Grid, Law, Load, Material, Method, OneOrEach, Plane, Probe, Record, Scene, Shape, Signal, Time,
+    Traction, Transfer,
 };
 use std::path::Path;
 
@@ -14,8 +14,8 @@ fn built_in_rust() -> Scene {
     let beam = Body {
         material: "rubber".into(),
         shape: Shape::Box { min: vec![0.0, 0.0], max: vec![4.0, 1.0] },
-        particles_per_cell: OneOrEach::One(2),
-        positions: Positions::Uniform,
+        particles_per_cell: None,
+        positions: None,
         seed: 0,
         velocity: vec![Expr::Number(0.0), Expr::Formula("0.1*x".into())],
     };
@@ -37,7 +37,7 @@ fn built_in_rust() -> Scene {
         probe: indexmap! { "tip".into() => Probe { body: None, at: vec![4.0, 0.5] } },
         contact: None,
         method: Method { transfer: Transfer::Apic, ..Method::default() },
-        time: Time { end: 1.0, step: None, cfl: None },
+        time: Time { end: 1.0, step: None, cfl: None, error: None },
         record: Record::default(),
         exact: None,
     }

@@ -112,7 +112,8 @@ fn print(
     ];
     if summary.iterations > 0 {
         let each = summary.iterations as f64 / summary.substeps as f64;
-        rows.push(("mass matrix", format!("{} iterations, {} a step", grouped(summary.iterations), digits(each))));
+        let solver = if sim.residuals().is_empty() { "mass matrix" } else { "Newton" };
+        rows.push((solver, format!("{} iterations, {} a step", grouped(summary.iterations), digits(each))));
     }
     let energies = ["kinetic", "strain", "external", "total"].map(|kind| {
         let name = format!("energy/{kind}");

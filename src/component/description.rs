@@ -1,5 +1,6 @@
 //! What a simulation is, as data, as text and as HTML.
 
+use super::auto::Choice;
 use super::variable::{Causality, Variable};
 use crate::text::{bytes, grouped, pairs, si, table};
 use std::fmt;
@@ -17,13 +18,15 @@ pub struct Description {
     pub bodies: Vec<(String, usize)>,
     /// The point chosen in the table formulation x basis x quadrature x mass x transfer x integrator, in words.
     pub method: Vec<(&'static str, String)>,
+    /// What `method = "auto"` has chosen, and why; empty where the scene names its method.
+    pub choices: Vec<Choice>,
     /// What this scene needs, and so costs.
     pub needs: Vec<String>,
     /// What this scene does not need, and so does not cost.
     pub skips: Vec<String>,
     /// Memory of particles, grid and tables \[bytes\].
     pub memory: usize,
-    /// Largest stable step at time 0 \[s\].
+    /// Largest stable step at time 0 \[s\]; infinite where steps are implicit.
     pub stable_step: f64,
     /// End of a run, as the scene has it \[s\].
     pub end: f64,
@@ -42,14 +45,17 @@ impl Description {
             ("particles", grouped(self.particles as u64)),
             ("bodies", self.bodies.iter().map(list).collect::<Vec<_>>().join(", ")),
             ("memory", bytes(self.memory)),
-            ("stable step", si(self.stable_step, "s")),
+            ("stable step", if self.stable_step.is_finite() { si(self.stable_step, "s") } else { "any: steps are implicit".into() }),
             ("end", si(self.end, "s")),
         ]
     }
 
-    /// What the scene needs and what it does not, each with a heading.
-    fn lists(&self) -> impl Iterator<Item = (&'static str, &Vec<String>)> {
-        [("needs", &self.needs), ("skips, and so does not cost", &self.skips)].into_iter().filter(|(_, lines)| !lines.is_empty())
+    /// Why the method is what it is, what the scene needs and what it does not, each with a heading.
+    fn lists(&self) -> impl Iterator<Item = (&'static str, Vec<String>)> {
+        let choices = self.choices.iter().map(|choice| format!("{} = {}: {}", choice.part, choice.chosen, choice.why)).collect();
+        let lists =
+            [("chosen by method = \"auto\"", choices), ("needs", self.needs.clone()), ("skips, and so does not cost", self.skips.clone())];
+        lists.into_iter().filter(|(_, lines)| !lines.is_empty())
     }
 
     fn rows(&self) -> Vec<[String; 5]> {

@@ -91,6 +91,35 @@ pub enum StepError {
         /// Residual over right-hand side \[-\].
         residual: f64,
     },
+    /// An implicit step found no balance of forces.
+    #[error(
+        "at t = {time:.6} s no balance of forces was found, down to steps of {step:.3e} s: relative residuals {}; take shorter steps, a larger \
+         newton_residual, or a dynamic integrator where the body snaps through",
+        .residuals.iter().map(|r| format!("{r:.1e}")).collect::<Vec<_>>().join(", ")
+    )]
+    NoEquilibrium {
+        /// Time at the start of the failed step \[s\].
+        time: f64,
+        /// Its length after halving \[s\].
+        step: f64,
+        /// Forces out of balance over those in balance, by iteration \[-\].
+        residuals: Vec<f64>,
+    },
+    /// However short an implicit step, the estimate of its error is above what is allowed.
+    #[error(
+        "at t = {time:.6} s a step of {step:.3e} s makes an error of {error:.3e} m, and shorter ones no less than the {allowed:.3e} m of \
+         time.error; allow more, or look for a load or an initial velocity that jumps"
+    )]
+    Inaccurate {
+        /// Time at the start of the failed step \[s\].
+        time: f64,
+        /// Its length \[s\].
+        step: f64,
+        /// Estimate of the error of the displacement \[m\].
+        error: f64,
+        /// Largest error allowed \[m\].
+        allowed: f64,
+    },
     /// The domain of a particle outgrew its stencil.
     #[error(
         "at t = {time:.6} s the domain of particle {particle} at {position:?} m is {length:.3e} m long along an axis, more than two cells; take \
@@ -144,6 +173,8 @@ impl StepError {
             | LeftGrid { time, .. }
             | NegativeMass { time, .. }
             | NoConvergence { time, .. }
+            | NoEquilibrium { time, .. }
+            | Inaccurate { time, .. }
             | WideDomain { time, .. }
             | NoReconstruction { time, .. }
             | NoThickness { time, .. } => Some(*time),

@@ -1,5 +1,6 @@
 //! 6 FROM OUTSIDE: all that an adapter (Python, ROS 2, a recorder, the command line) may see.
 
+mod auto;
 mod description;
 mod error;
 mod exact;
@@ -7,15 +8,17 @@ mod output;
 mod variable;
 mod words;
 
+pub use auto::Choice;
 pub use description::Description;
 pub use error::{ComponentError, StepError};
 pub use variable::{Causality, Report, Variable};
 
 use crate::model::{Masses, Model, Pace, Signal};
 use crate::scene::{Fault, Integrator, Scene, SceneError, Transfer};
+use crate::solver::Solver;
 use crate::state::State;
+use crate::step::Wrong;
 use crate::step::measure::Measures;
-use crate::step::{Stepper, Wrong, limit};
 use exact::Exact;
 use output::Outputs;
 use std::path::Path;
@@ -29,13 +32,15 @@ pub struct Simulation {
     scene: Scene,
     model: Model,
     state: State,
-    stepper: Stepper,
+    solver: Solver,
     /// Stable step at time 0 \[s\].
     stable_step: f64,
     exact: Option<Exact>,
     /// Measures at time 0, from which errors of energy are counted.
     initial: Measures,
     outputs: Outputs,
+    /// What `method = "auto"` has chosen.
+    choices: Vec<Choice>,
     /// State before the step under way.
     backup: State,
     /// Iterations of the solver of the mass matrix since the simulation was made.
@@ -74,12 +79,15 @@ impl Simulation {
     /// Every fault of the scene; a fixed step above the stable one.
     pub fn new(scene: Scene) -> Result<Self, SceneError> {
         scene.check()?;
+        let (scene, choices) = auto::choose(scene)?;
+        scene.check()?;
         let (model, mut state) = Model::new(&scene)?;
         let fault = |path: &str, message: String| SceneError::Faults { file: None, faults: vec![Fault::new(path, message)] };
-        let stable_step = limit::stable_step(&model, &state).map_err(|e| fault("body", e.to_string()))?;
+        let mut solver = Solver::new(&model, &mut state);
+        let stable_step = solver.stable_step(&model, &state).map_err(|e| fault("body", e.to_string()))?;
         state.pace = initial_pace(&model, &state);
         let largest = stable_step * state.pace;
-        if !(largest > 0.0 && largest.is_finite()) {
+        if !(largest > 0.0 && (largest.is_finite() || model.implicit.is_some())) {
             let message = format!("makes a stable step of {largest} s; velocities and stiffness must leave it a positive number");
             return Err(fault("body", message));
         }
@@ -91,23 +99,24 @@ impl Simulation {
             return Err(fault("time.step", message));
         }
         let exact = scene.exact.as_ref().map(|e| Exact::new(e, model.dimension)).transpose().map_err(|m| fault("exact", m))?;
-        let mut stepper = Stepper::new(&model);
-        let initial = stepper.measure(&model, &mut state).map_err(|e| fault("body", e.to_string()))?;
+        let initial = solver.measure(&model, &mut state).map_err(|e| fault("body", e.to_string()))?;
         let outputs = Outputs::new(&model, &state, exact.as_ref());
-        Ok(Self { scene, model, state, stepper, stable_step, exact, initial, outputs, backup: State::default(), iterations: 0 })
+        Ok(Self { scene, model, state, solver, stable_step, exact, initial, outputs, choices, backup: State::default(), iterations: 0 })
     }
 
     /// A simulation of the same scene that takes over states of this one; it is in none until then.
     pub(crate) fn twin(&self) -> Self {
+        let mut state = self.state.clone();
         Self {
             scene: self.scene.clone(),
             model: self.model.clone(),
+            solver: Solver::new(&self.model, &mut state),
             state: State::default(),
-            stepper: Stepper::new(&self.model),
             stable_step: self.stable_step,
             outputs: Outputs::new(&self.model, &self.state, self.exact.as_ref()),
             exact: self.exact.clone(),
             initial: self.initial.clone(),
+            choices: self.choices.clone(),
             backup: State::default(),
             iterations: 0,
         }
@@ -121,19 +130,19 @@ impl Simulation {
     /// Takes over a state of a simulation of the same scene, and gives its own.
     pub(crate) fn exchange_state(&mut self, state: &mut State) {
         std::mem::swap(&mut self.state, state);
-        self.stepper.forget(&self.model);
+        self.solver.forget(&self.model);
         self.outputs.outdate();
     }
 
     /// Does it wrong on purpose, to show what comes of it.
     pub(crate) fn go_wrong(&mut self, wrong: Wrong) {
-        self.stepper.wrong = Some(wrong);
+        self.solver.go_wrong(wrong);
         if wrong == Wrong::NegativeMass {
             self.model.masses = Masses::Signed;
         }
     }
 
-    /// The scene that runs.
+    /// The scene that runs; with `method = "auto"`, the method that was chosen.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
@@ -148,12 +157,18 @@ impl Simulation {
         self.state.steps
     }
 
-    /// Iterations of the solver of the mass matrix since the simulation was made; 0 with lumped mass.
+    /// Iterations of Newton's method, or of the solver of the mass matrix, since the simulation was made; 0 where there is neither.
     pub fn iterations(&self) -> u64 {
         self.iterations
     }
 
-    /// Largest stable substep \[s\]: the stable step of the scene at time 0, less what waves and particles have gained in speed since
+    /// Forces out of balance over those in balance \[-\], before each iteration of Newton's method in the last substep and at its end; empty
+    /// for explicit integrators, and before the first step.
+    pub fn residuals(&self) -> &[f64] {
+        self.solver.residuals()
+    }
+
+    /// Largest stable substep \[s\], infinite where steps are implicit: the stable step of the scene at time 0, less what waves and particles have gained in speed since
     /// (with a fixed step: what they had at time 0). Where particles have moved to other places in their cells it may be lower, down to
     /// half with one particle a cell; `cfl` is there to leave room for that.
     pub fn max_step(&self) -> f64 {
@@ -165,6 +180,7 @@ impl Simulation {
         match self.model.pace {
             Pace::Fixed(step) => step,
             Pace::Cfl(share) => share * self.max_step(),
+            Pace::Error { .. } => self.state.next_step,
         }
     }
 
@@ -188,7 +204,7 @@ impl Simulation {
         let result = self.substeps(dt, proceed);
         if result.is_err() {
             std::mem::swap(&mut self.state, &mut self.backup);
-            self.stepper.forget(&self.model);
+            self.solver.forget(&self.model);
         } else {
             self.outputs.outdate();
         }
@@ -199,7 +215,7 @@ impl Simulation {
         let (start, first) = (self.state.time, self.state.steps);
         let end = start + dt;
         let mut smallest = f64::INFINITY;
-        self.stepper.begin(&self.model);
+        self.solver.begin(&self.model);
         let mut done = 0.0;
         loop {
             let time = self.state.time;
@@ -210,14 +226,20 @@ impl Simulation {
                     let left = substeps_in(end - time, share * self.max_step());
                     (left, (end - time) / left)
                 }
+                // the same, but each may turn out to be too long
+                Pace::Error { .. } => {
+                    let left = substeps_in(end - time, self.state.next_step);
+                    (left, if left <= 2.0 { (end - time) / left } else { self.state.next_step })
+                }
             };
             if time + h <= time || h.is_nan() {
                 return Err(StepError::Unstable { time, stable: self.max_step() });
             }
-            self.stepper.advance(&self.model, &mut self.state, h)?;
+            self.solver.advance(&self.model, &mut self.state, h)?;
             done += 1.0;
-            smallest = smallest.min(h);
-            if left <= 1.0 {
+            let taken = self.state.time - time;
+            smallest = smallest.min(taken);
+            if left <= 1.0 && taken >= (1.0 - 1e-9) * h {
                 break;
             }
             if !proceed() {
@@ -225,10 +247,9 @@ impl Simulation {
             }
         }
         self.state.time = end;
-        self.state.reactions.clear();
-        self.state.reactions.extend(self.stepper.mean_reactions());
-        self.iterations += self.stepper.iterations;
-        let (substeps, iterations) = (self.state.steps - first, self.stepper.iterations);
+        self.solver.end(&self.model, &mut self.state);
+        let (substeps, iterations) = (self.state.steps - first, self.solver.iterations());
+        self.iterations += iterations;
         Ok(Report { time: end, substeps, smallest_step: smallest, iterations })
     }
 
@@ -270,9 +291,9 @@ impl Simulation {
     fn values(&mut self, name: &str) -> Result<&Arc<Vec<f64>>, ComponentError> {
         let index = self.outputs.find(name)?;
         if self.outputs.needs_measures(index) {
-            self.outputs.measures = Some(self.stepper.measure(&self.model, &mut self.state)?);
+            self.outputs.measures = Some(self.solver.measure(&self.model, &mut self.state)?);
         }
-        let lookup = if self.model.needs.lookup { self.stepper.lookup(&self.state) } else { &[] };
+        let lookup = if self.model.needs.lookup { self.solver.lookup(&self.state) } else { &[] };
         Ok(self.outputs.value(index, &self.model, &self.state, lookup, &self.initial, self.exact.as_ref()))
     }
 
@@ -282,7 +303,7 @@ impl Simulation {
     /// # Errors
     /// A state that cannot be measured.
     pub(crate) fn internal_force(&mut self, node: usize) -> Result<f64, ComponentError> {
-        let force = self.stepper.nodal_force(&self.model, &mut self.state, [0, 0, node as i32])?;
+        let force = self.solver.nodal_force(&self.model, &mut self.state, [0, 0, node as i32])?;
         Ok(-force.unwrap_or(0.0))
     }
 
@@ -310,7 +331,7 @@ impl Simulation {
             return Err(bad("the snapshot is damaged"));
         }
         self.state = state;
-        self.stepper.forget(&self.model);
+        self.solver.forget(&self.model);
         self.outputs.outdate();
         Ok(())
     }
@@ -320,38 +341,28 @@ impl Simulation {
         if let Ok((_, state)) = Model::new(&self.scene) {
             self.state = state;
             self.state.pace = initial_pace(&self.model, &self.state);
+            self.solver.restart(&self.model, &mut self.state);
         }
-        self.stepper.forget(&self.model);
         self.outputs.outdate();
         // puts the particles in the order they had when the simulation was made; it could be measured then, so it can now
-        self.outputs.measures = self.stepper.measure(&self.model, &mut self.state).ok();
+        self.outputs.measures = self.solver.measure(&self.model, &mut self.state).ok();
     }
 
     /// What this simulation is: its method, what it needs and skips, its variables.
     pub fn describe(&self) -> Description {
         let model = &self.model;
-        let integrator = match model.integrator {
-            Integrator::Usf => "update stress first, leapfrog",
-            Integrator::Usl => "update stress last, leapfrog",
-            Integrator::Musl => "modified update stress last, leapfrog",
-        };
-        let transfer = match model.transfer {
-            Transfer::Pic => "PIC".into(),
-            Transfer::Apic => "APIC".into(),
-            Transfer::Flip if model.flip_share == 1.0 => "FLIP".into(),
-            Transfer::Flip => format!("FLIP {} %, PIC the rest", 100.0 * model.flip_share),
-        };
         let step = match model.pace {
             Pace::Fixed(step) => format!("{step} s, fixed"),
             Pace::Cfl(share) => format!("{share} of the stable step"),
+            Pace::Error { allowed, longest } => format!("up to {longest} s, by an error of {allowed} m a step"),
         };
         let method = vec![
-            ("formulation", "updated Lagrangian".into()),
+            ("formulation", if model.total { "total Lagrangian" } else { "updated Lagrangian" }.into()),
             ("basis", words::basis(&self.scene)),
             ("quadrature", words::quadrature(&self.scene.method)),
             ("mass", words::mass(model)),
-            ("transfer", transfer),
-            ("integrator", integrator.into()),
+            ("transfer", words::transfer(model)),
+            ("integrator", words::integrator(model.integrator).into()),
             ("step", step),
         ];
         let needs = &model.needs;
@@ -377,10 +388,11 @@ impl Simulation {
             particles: n,
             bodies: model.bodies.iter().map(|b| (b.name.clone(), b.particles.len())).collect(),
             method,
+            choices: self.choices.clone(),
             needs: list(true),
             skips: list(false),
             // the state, its copy while a step is under way, and the positions at time 0
-            memory: n * (2 * self.state.particles.bytes_each() + 8 * model.dimension) + self.stepper.grid.bytes(),
+            memory: n * (2 * self.state.particles.bytes_each() + 8 * model.dimension) + self.solver.bytes(),
             stable_step: self.stable_step,
             end: self.scene.time.end,
             variables: self.outputs.variables(),
@@ -395,7 +407,7 @@ impl Simulation {
 }
 
 /// First bytes of a snapshot; the last is the version of its format.
-const SNAPSHOT: [u8; 8] = *b"matpnt\x00\x02";
+const SNAPSHOT: [u8; 8] = *b"matpnt\x00\x03";
 
 /// Substeps of at most `step` in `dt`; a step that fits up to round-off fits.
 fn substeps_in(dt: f64, step: f64) -> f64 {
@@ -405,6 +417,10 @@ fn substeps_in(dt: f64, step: f64) -> f64 {
 /// Ratio of the wave speed to wave plus particle speed at time 0.
 fn initial_pace(model: &Model, state: &State) -> f64 {
     let particles = &state.particles;
+    if model.total {
+        // no particle moves through the grid
+        return 1.0;
+    }
     (0..particles.len())
         .map(|p| {
             let body = &model.bodies[particles.body[p] as usize];

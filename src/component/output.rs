@@ -64,6 +64,10 @@ impl Quantity {
                 | VelocityError
         )
     }
+    /// Whether it is a place of a probe, which nodes that are remembered know better than its particle does.
+    fn is_of_a_probe(self) -> bool {
+        matches!(self, Self::ProbePosition(_) | Self::ProbeDisplacement(_))
+    }
 }
 
 struct Entry {
@@ -79,11 +83,13 @@ pub(super) struct Outputs {
     entries: Vec<Entry>,
     index: HashMap<String, usize>,
     pub(super) measures: Option<Measures>,
+    /// Whether probes are measured too.
+    total: bool,
 }
 
 impl Outputs {
     pub(super) fn new(model: &Model, state: &State, exact: Option<&Exact>) -> Self {
-        let mut outputs = Self { entries: Vec::new(), index: HashMap::new(), measures: None };
+        let mut outputs = Self { entries: Vec::new(), index: HashMap::new(), measures: None, total: model.total };
         outputs.list(model, state.particles.len(), exact);
         outputs
     }
@@ -211,7 +217,7 @@ impl Outputs {
 
     pub(super) fn needs_measures(&self, index: usize) -> bool {
         let entry = &self.entries[index];
-        !entry.fresh && entry.quantity.is_measured() && self.measures.is_none()
+        !entry.fresh && (entry.quantity.is_measured() || self.total && entry.quantity.is_of_a_probe()) && self.measures.is_none()
     }
 
     pub(super) fn value(
@@ -332,6 +338,9 @@ impl Source<'_> {
     }
 
     fn probe(&self, i: usize) -> Vector3<f64> {
+        if let Some(place) = self.measures.and_then(|m| m.places.get(i)) {
+            return Vector3::from(*place);
+        }
         place_of(self.model, self.state, self.lookup, &self.model.probes[i].anchor).0
     }
 

@@ -44,6 +44,6 @@ pub struct Report {
     pub substeps: u64,
     /// Smallest substep \[s\].
     pub smallest_step: f64,
-    /// Iterations of the solver of the mass matrix, all substeps together; 0 with lumped mass.
+    /// Iterations of Newton's method, or of the solver of the mass matrix, all substeps together; 0 where there is neither.
     pub iterations: u64,
 }

@@ -1,7 +1,7 @@
 //! The method of a scene in words.
 
 use crate::model::{MassRule, Model};
-use crate::scene::{Basis, Domain, MassSolver, Method, Quadrature, Scene};
+use crate::scene::{Basis, Domain, Integrator, MassSolver, Method, Quadrature, Scene, Transfer};
 
 pub(super) fn basis(scene: &Scene) -> String {
     let method = &scene.method;
@@ -27,7 +27,34 @@ pub(super) fn quadrature(method: &Method) -> String {
     format!("{place} ({what})")
 }
 
+pub(super) fn transfer(model: &Model) -> String {
+    match model.transfer {
+        _ if model.total => "none: velocity stays on the nodes".into(),
+        Transfer::Pic => "PIC".into(),
+        Transfer::Apic => "APIC".into(),
+        Transfer::Flip if model.flip_share == 1.0 => "FLIP".into(),
+        Transfer::Flip => format!("FLIP {} %, PIC the rest", 100.0 * model.flip_share),
+    }
+}
+
+pub(super) fn integrator(integrator: Integrator) -> &'static str {
+    match integrator {
+        Integrator::Usf => "update stress first, leapfrog",
+        Integrator::Usl => "update stress last, leapfrog",
+        Integrator::Musl => "modified update stress last, leapfrog",
+        Integrator::Verlet => "velocity Verlet",
+        Integrator::Symplectic4 => "symplectic, of fourth order",
+        Integrator::QuasiStatic => "quasi-static",
+        Integrator::Newmark => "implicit, Newmark",
+        Integrator::GeneralizedAlpha => "implicit, generalised alpha",
+        Integrator::EnergyMomentum => "implicit, energy and momentum conserving",
+    }
+}
+
 pub(super) fn mass(model: &Model) -> String {
+    if model.total || model.implicit.is_some() {
+        return if model.projection.is_lumped() { "lumped" } else { "consistent, factorised" }.into();
+    }
     let rule = |rule: MassRule| match rule {
         MassRule::Lumped => "lumped".to_owned(),
         MassRule::Series(terms) => format!("FMPM({terms})"),

@@ -24,3 +24,23 @@ pub(super) fn update(lame: &Lame, history: &mut History, increment: &Increment) 
 pub(super) fn energy(history: &History) -> f64 {
     history[6]
 }
+
+/// Change of the stress after a step with small changes of the gradient and the volume ratio of the step.
+pub(super) fn change(
+    lame: &Lame,
+    history: &History,
+    gradient: &Matrix3<f64>,
+    jacobian: f64,
+    gradient_change: &Matrix3<f64>,
+    jacobian_change: f64,
+) -> Matrix3<f64> {
+    let half_spin = (gradient - gradient.transpose()) * 0.25;
+    let half_spin_change = (gradient_change - gradient_change.transpose()) * 0.25;
+    let identity = Matrix3::identity();
+    let inverse = (identity - half_spin).try_inverse().unwrap_or(identity);
+    let rotation = inverse * (identity + half_spin);
+    let turn = inverse * half_spin_change * (identity + rotation);
+    let stress = stress_of(history);
+    let turned = turn * stress * rotation.transpose();
+    turned + turned.transpose() + lame.stress(&symmetric(gradient)) * jacobian_change + lame.stress(&symmetric(gradient_change)) * jacobian
+}

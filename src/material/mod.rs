@@ -9,6 +9,7 @@ mod hencky;
 mod hypo;
 mod linear;
 mod neo_hookean;
+pub(crate) mod point;
 
 pub(crate) use embed::{Embedding, embed};
 

@@ -22,3 +22,8 @@ pub(super) fn wave_modulus(lame: &Lame, f: &Matrix3<f64>) -> f64 {
     let stretch = row(0).max(row(1)).max(row(2)).max(1.0);
     lame.lambda * (1.0 + (-f.determinant().ln()).max(0.0)) + 2.0 * lame.mu * stretch
 }
+
+/// Change of the Kirchhoff stress with the spatial gradient `l` of a small motion on top of a deformation with b = F F^T.
+pub(super) fn change(lambda: f64, mu: f64, b: &Matrix3<f64>, l: &Matrix3<f64>) -> Matrix3<f64> {
+    (l * b + b * l.transpose()) * mu + Matrix3::from_diagonal_element(lambda * l.trace())
+}

@@ -1,18 +1,23 @@
 //! 2 COMPILE: Scene -> Model: immutable tables, and [`Needs`]: what this scene needs, and so what it does not.
 
+mod finder;
 mod lattice;
 mod load;
+mod map;
 mod sample;
 
 pub(crate) use load::{Load, SPACE_TIME, Signal, SurfacePoint, Target};
 
 use crate::basis::{Axis, Family};
+use crate::implicit::{Rules, Scheme};
 use crate::material::{Embedding, Material};
 use crate::scene::{self, Basis, Fault, Formula, Mass, MassSolver, Quadrature, SceneError, Shape, Transfer};
 use crate::state::{Particles, State, Table};
+use finder::Finder;
 pub(crate) use lattice::Lattice;
 use lattice::lattice;
-use sample::sample;
+pub(crate) use map::Quadrilateral;
+use sample::{Sample, sample};
 
 /// A scene made ready to run.
 #[derive(Debug, Clone)]
@@ -27,7 +32,19 @@ pub(crate) struct Model {
     pub(crate) probes: Vec<Probe>,
     /// Position at time 0 by particle id \[m\].
     pub(crate) reference: Table,
+    /// Whether bodies have grids of their own, at time 0.
+    pub(crate) total: bool,
+    /// Whether particles have the volume ratio of their cell.
+    pub(crate) mean_dilatation: bool,
     pub(crate) integrator: scene::Integrator,
+    /// Scheme of implicit steps.
+    pub(crate) implicit: Option<Scheme>,
+    /// Whether accelerations are part of the state.
+    pub(crate) remembers_acceleration: bool,
+    /// How its linear systems are solved; by their size where none is asked for.
+    pub(crate) linear_solver: Option<scene::LinearSolver>,
+    /// When Newton's method stops.
+    pub(crate) newton: Rules,
     pub(crate) transfer: Transfer,
     /// Share of FLIP; 0 for PIC and APIC.
     pub(crate) flip_share: f64,
@@ -58,6 +75,10 @@ pub(crate) struct Body {
     /// Density at time 0 \[kg/m3\].
     pub(crate) density: f64,
     pub(crate) particles: std::ops::Range<usize>,
+    /// The grid that its particles were made in: that of the scene, or in the total formulation its own.
+    pub(crate) axes: Vec<Axis>,
+    /// Where its own grid is bent.
+    pub(crate) map: Option<Quadrilateral>,
     /// Half the length of the domain of a particle at time 0 \[m\].
     pub(crate) half: [f64; 3],
     /// The particles line by line; only where quadrature asks for it.
@@ -121,6 +142,17 @@ enum Region {
 }
 
 impl Boundary {
+    /// Whether the node of a body's own grid lies in the region: on the face of the grid of the scene, or in the shape.
+    pub(crate) fn holds_place(&self, axes: &[Axis], place: &[f64]) -> bool {
+        let slack = 1e-9 * Axis::smallest_cell(axes);
+        match &self.region {
+            Region::Face { axis, upper } => {
+                let end = axes[*axis].clamped(if *upper { f64::INFINITY } else { f64::NEG_INFINITY });
+                (place[*axis] - end).abs() <= slack
+            }
+            Region::Shape(shape) => shape.contains(place, slack),
+        }
+    }
     /// Whether the node (for B-splines: the Greville point) lies in the region.
     pub(crate) fn holds(&self, axes: &[Axis], node: &[i32]) -> bool {
         match &self.region {
@@ -171,6 +203,8 @@ pub(crate) enum Pace {
     Fixed(f64),
     /// A share of the stable step.
     Cfl(f64),
+    /// As long as the error of the displacement that a step makes is at most `allowed` \[m\], and at most `longest` \[s\].
+    Error { allowed: f64, longest: f64 },
 }
 
 /// What this scene needs; what is false here costs nothing.
@@ -267,7 +301,28 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
     for (index, (name, body)) in scene.body.iter().enumerate() {
         let material = &scene.material[&body.material];
         let start = samples.len();
-        samples.extend(sample(body, &axes));
+        let map = if method.is_total() { Quadrilateral::new(&body.shape) } else { None };
+        let own = match &map {
+            Some(map) => fitted(&[0.0; 2], &map.lengths, &axes),
+            None if method.is_total() => {
+                let (lower, upper) = body.shape.bounds(dimension);
+                fitted(&lower, &upper, &axes)
+            }
+            None => axes.clone(),
+        };
+        let per_cell = scene.particles_per_cell(body);
+        match &map {
+            Some(map) => {
+                let whole = scene::Body { shape: Shape::Box { min: vec![0.0; 2], max: map.lengths.to_vec() }, ..body.clone() };
+                let in_grid = sample(&whole, &per_cell, scene.positions(body), &own);
+                samples.extend(
+                    in_grid
+                        .iter()
+                        .map(|s| Sample { position: map.place(s.position), volume: s.volume * map.jacobian(s.position).determinant() }),
+                );
+            }
+            None => samples.extend(sample(body, &per_cell, scene.positions(body), &own)),
+        }
         if samples.len() == start {
             return Err(Fault::new(
                 format!("body.{name}.shape"),
@@ -285,20 +340,25 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         } else {
             None
         };
-        let half = |a: usize| axes.get(a).map_or(0.0, |axis| 0.5 * axis.cell_size() / body.particles_per_cell.axis(a).unwrap_or(1) as f64);
+        let half = |a: usize| own.get(a).map_or(0.0, |axis| 0.5 * axis.cell_size() / per_cell.axis(a).unwrap_or(1) as f64);
         bodies.push(Body {
             name: name.clone(),
             material: Material::new(material),
             density: material.density,
             particles: start..samples.len(),
             half: std::array::from_fn(half),
+            axes: own,
+            map,
             lattice: ordered,
         });
     }
     let n = samples.len();
     let embedding = Embedding::new(dimension, scene.plane);
+    let implicit = Scheme::new(method);
+    let remembers_acceleration = implicit.is_some_and(|scheme| scheme.needs_acceleration() || scene.time.error.is_some());
     let history = bodies.iter().map(|b| b.material.history()).max().unwrap_or(0);
-    let lateral = embedding.stress_free;
+    // with the volume ratio of the cell a particle is stretched across the plane, too
+    let lateral = embedding.stress_free || method.mean_dilatation && dimension < 3;
 
     let mut reference = Table::new(dimension, n);
     for (p, sample) in samples.iter().enumerate() {
@@ -315,14 +375,22 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         affine: Table::new(if affine { dimension * dimension } else { 0 }, n),
         history: Table::new(history, n),
         lateral: if lateral { ones(n) } else { Table::default() },
+        acceleration: Table::new(if !method.is_total() && remembers_acceleration { dimension } else { 0 }, n),
     };
-    let mut state = State { particles, ..State::default() };
+    let pace = match (scene.time.error, scene.time.step) {
+        (Some(allowed), longest) => Pace::Error { allowed, longest: longest.unwrap_or(0.01 * scene.time.end) },
+        (None, Some(step)) => Pace::Fixed(step),
+        // bodies on grids of their own need no room for other places of particles in their cells
+        (None, None) => Pace::Cfl(scene.time.cfl.unwrap_or(if method.is_total() { 0.8 } else { 0.4 })),
+    };
+    let next_step = if let Pace::Error { longest, .. } = pace { longest } else { 0.0 };
+    let mut state = State { particles, next_step, ..State::default() };
     for (body, described) in bodies.iter().zip(scene.body.values()) {
         set_initial_velocity(&mut state.particles, body, described, dimension).map_err(fault(format!("body.{}.velocity", body.name)))?;
     }
 
     let boundaries = scene.boundary.iter().map(|(name, b)| boundary(name, b)).collect::<Result<Vec<_>, _>>()?;
-    let finder = Finder { reference: &reference, bodies: &bodies, scene, axes: &axes };
+    let finder = Finder { reference: &reference, bodies: &bodies, scene };
     let loads = scene.load.iter().map(|(name, l)| finder.load(name, l)).collect::<Result<Vec<_>, _>>()?;
     let probes: Vec<Probe> = scene.probe.iter().map(|(name, p)| finder.probe(name, p)).collect();
     state.reactions = vec![[0.0; 3]; boundaries.len()];
@@ -334,19 +402,19 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         Transfer::Pic | Transfer::Apic => 0.0,
     };
     let lightest = state.particles.mass.iter().copied().fold(f64::INFINITY, f64::min);
-    let (projection, balance) = (MassRule::new(method.mass, method), MassRule::new(method.mass_of_balance(), method));
+    let (projection, balance) = (MassRule::new(method.mass(), method), MassRule::new(method.mass_of_balance(), method));
     let masses = match method.basis {
         Basis::Lagrange if projection.is_lumped() || balance.is_lumped() => Masses::MustBePositive,
         Basis::Lagrange | Basis::Serendipity => Masses::Signed,
         _ => Masses::Positive,
     };
     // Only where the gradient is taken of the kicked velocity, and slopes do not vanish with the functions.
-    let affine_or_last = affine || method.integrator == scene::Integrator::Usl;
+    let affine_or_last = affine || method.integrator() == scene::Integrator::Usl;
     let guarded = method.has_kinks() && affine_or_last && (flip_share == 0.0 || flip_share == 1.0) && balance.is_lumped();
     let light = if guarded { method.mass_tolerance.unwrap_or(0.1) * lightest } else { 0.0 };
     let needs = Needs {
         affine,
-        increment: flip_share > 0.0 || light > 0.0,
+        increment: !method.is_total() && implicit.is_none() && (flip_share > 0.0 || light > 0.0),
         body_force: loads.iter().any(|l| matches!(l.target, Target::BodyForce(_))),
         history,
         lateral,
@@ -368,7 +436,13 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         loads,
         probes,
         reference,
-        integrator: method.integrator,
+        integrator: method.integrator(),
+        implicit,
+        remembers_acceleration,
+        linear_solver: method.linear_solver,
+        newton: Rules { residual: method.newton_residual.unwrap_or(1e-10), iterations: method.newton_iterations.unwrap_or(20) },
+        total: method.is_total(),
+        mean_dilatation: method.mean_dilatation,
         transfer: method.transfer,
         flip_share,
         light,
@@ -382,13 +456,20 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
             _ => None,
         },
         friction: scene.contact.as_ref().map(|contact| contact.friction),
-        pace: match scene.time.step {
-            Some(step) => Pace::Fixed(step),
-            None => Pace::Cfl(scene.time.cfl.unwrap_or(0.4)),
-        },
+        pace,
         needs,
     };
     Ok((model, state))
+}
+
+/// The grid of a body: cells about as large as those of the scene, as many as fit exactly.
+fn fitted(lower: &[f64], upper: &[f64], axes: &[Axis]) -> Vec<Axis> {
+    let fit = |(a, axis): (usize, &Axis)| {
+        let length = upper[a] - lower[a];
+        let cells = (length / axis.cell_size()).round().max(1.0);
+        Axis::new(lower[a], length / cells, cells as usize, axis.family())
+    };
+    axes.iter().enumerate().map(fit).collect()
 }
 
 fn identity_rows(dimension: usize, n: usize) -> Table {
@@ -455,133 +536,4 @@ fn boundary(name: &str, described: &scene::Boundary) -> Result<Boundary, Fault> 
         velocity[*axis as usize] = Some(expr.compile(&["t"]).map_err(fault(format!("boundary.{name}.velocity")))?);
     }
     Ok(Boundary { name: name.into(), region, velocity })
-}
-
-/// Finds the particles that loads and probes hang on.
-struct Finder<'a> {
-    reference: &'a Table,
-    bodies: &'a [Body],
-    scene: &'a scene::Scene,
-    axes: &'a [Axis],
-}
-
-impl Finder<'_> {
-    fn load(&self, name: &str, load: &scene::Load) -> Result<Load, Fault> {
-        let dimension = self.axes.len();
-        let (target, signal, key) = match load {
-            scene::Load::Gravity(value) => (Target::Gravity, value, "gravity"),
-            scene::Load::BodyForce(b) => {
-                let inside = |p: &usize| b.region.as_ref().is_none_or(|r| r.contains(&self.reference.row::<3>(*p)[..dimension], 0.0));
-                let members: Vec<u32> = self.body(&b.body).particles.clone().filter(inside).map(|p| p as u32).collect();
-                if members.is_empty() {
-                    return Err(Fault::new(format!("load.{name}.body_force.region"), "holds no particle of the body"));
-                }
-                (Target::BodyForce(members), &b.value, "body_force.value")
-            }
-            scene::Load::Traction(t) => (Target::Traction(self.surface(name, "traction", &t.body, &t.face)?), &t.value, "traction.value"),
-            scene::Load::Pressure(t) => (Target::Pressure(self.surface(name, "pressure", &t.body, &t.face)?), &t.value, "pressure.value"),
-            scene::Load::PointForce(f) => {
-                // the papers' way: the force acts at the particle itself
-                let anchor = Anchor { offset: [0.0; 3], ..self.anchor(self.body(&f.body), &f.at) };
-                (Target::PointForce(anchor), &f.value, "point_force.value")
-            }
-        };
-        let signal = Signal::new(signal).map_err(fault(format!("load.{name}.{key}")))?;
-        let start = signal.value([0.0; 3], 0.0, &[]);
-        if !signal.varies_in_space() && start.iter().any(|v| !v.is_finite()) {
-            return Err(Fault::new(format!("load.{name}.{key}"), format!("is {:?} at t = 0; it must be finite", &start[..dimension])));
-        }
-        Ok(Load { name: name.into(), target, signal })
-    }
-
-    fn probe(&self, name: &str, probe: &scene::Probe) -> Probe {
-        let body = probe.body.as_ref().map_or(&self.bodies[0], |b| self.body(b));
-        Probe { name: name.into(), anchor: self.anchor(body, &probe.at) }
-    }
-
-    fn body(&self, name: &str) -> &Body {
-        let index = self.scene.body.get_index_of(name).unwrap_or(0);
-        &self.bodies[index]
-    }
-
-    /// Points on a face, as far apart as the particles, each hung on its nearest particle.
-    fn surface(&self, load: &str, kind: &str, body: &str, face: &str) -> Result<Vec<SurfacePoint>, Fault> {
-        let described = &self.scene.body[body];
-        let spacing: Vec<f64> =
-            (0..self.axes.len()).map(|a| self.axes[a].cell_size() / described.particles_per_cell.axis(a).unwrap_or(1) as f64).collect();
-        let found = described.shape.faces().into_iter().find(|f| f.name == face);
-        let points = found.map(|f| f.points(&spacing)).unwrap_or_default();
-        if points.is_empty() {
-            return Err(Fault::new(format!("load.{load}.{kind}.face"), format!("`{face}` of body `{body}` has no area on its surface")));
-        }
-        let near = Neighbours::new(self.reference, self.body(body).particles.clone(), self.axes);
-        // A point half-way between particles is shared by them, so that a symmetric body is loaded symmetrically.
-        let mut shares = Vec::new();
-        for point in &points {
-            let hosts = near.hosts(&point.position);
-            let mut area = [0.0; 3];
-            for (to, from) in area.iter_mut().zip(&point.area) {
-                *to = from / hosts.len() as f64;
-            }
-            shares.extend(hosts.into_iter().map(|anchor| SurfacePoint { anchor, area }));
-        }
-        Ok(shares)
-    }
-
-    fn anchor(&self, body: &Body, at: &[f64]) -> Anchor {
-        Neighbours::new(self.reference, body.particles.clone(), self.axes).anchor(at)
-    }
-}
-
-/// The particles of a body by grid cell, to find the nearest one to a point.
-struct Neighbours<'a> {
-    reference: &'a Table,
-    axes: &'a [Axis],
-    cells: std::collections::HashMap<[i32; 3], Vec<u32>>,
-}
-
-impl<'a> Neighbours<'a> {
-    fn new(reference: &'a Table, particles: std::ops::Range<usize>, axes: &'a [Axis]) -> Self {
-        let mut near = Self { reference, axes, cells: std::collections::HashMap::new() };
-        for p in particles {
-            let cell = near.cell(&reference.row::<3>(p));
-            near.cells.entry(cell).or_default().push(p as u32);
-        }
-        near
-    }
-
-    fn cell(&self, place: &[f64]) -> [i32; 3] {
-        let mut cell = [0; 3];
-        for (a, axis) in self.axes.iter().enumerate() {
-            cell[a] = axis.cell(place[a]).0;
-        }
-        cell
-    }
-
-    /// Hangs a point on its nearest particle, the one with the smallest id among equals.
-    fn anchor(&self, at: &[f64]) -> Anchor {
-        self.hosts(at)[0]
-    }
-
-    /// Hangs a point on each of its nearest particles, by id; they are as near as each other up to round-off.
-    fn hosts(&self, at: &[f64]) -> Vec<Anchor> {
-        let mut place = [0.0; 3];
-        place[..at.len()].copy_from_slice(at);
-        let offset = |p: u32| -> [f64; 3] {
-            let x = self.reference.row::<3>(p as usize);
-            std::array::from_fn(|a| place[a] - x[a])
-        };
-        let distance = |p: u32| offset(p).iter().map(|d| d * d).sum::<f64>().sqrt();
-        let home = self.cell(at);
-        let around = (0..27).map(|k| [home[0] + k / 9 - 1, home[1] + k / 3 % 3 - 1, home[2] + k % 3 - 1]);
-        let mut candidates: Vec<u32> = around.filter_map(|cell| self.cells.get(&cell)).flatten().copied().collect();
-        if candidates.is_empty() {
-            candidates = self.cells.values().flatten().copied().collect();
-        }
-        candidates.sort_unstable();
-        let nearest = candidates.iter().map(|&p| distance(p)).fold(f64::INFINITY, f64::min);
-        let tie = 1e-9 * Axis::smallest_cell(self.axes);
-        let hosts = candidates.into_iter().filter(|&p| distance(p) <= nearest + tie);
-        hosts.map(|particle| Anchor { particle, offset: offset(particle) }).collect()
-    }
 }

@@ -2,7 +2,7 @@
 
 use crate::basis::Axis;
 use crate::quadrature::gauss_legendre;
-use crate::scene::{Body, Positions};
+use crate::scene::{Body, OneOrEach, Positions};
 
 /// One particle at time 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,7 +19,7 @@ const SLACK: f64 = 1e-9;
 const JITTER: f64 = 0.4;
 
 /// The particles of a body, cell by cell with the last axis fastest. The scene must have passed its check.
-pub(crate) fn sample(body: &Body, axes: &[Axis]) -> Vec<Sample> {
+pub(crate) fn sample(body: &Body, per_cell: &OneOrEach<usize>, positions: Positions, axes: &[Axis]) -> Vec<Sample> {
     let dimension = axes.len();
     let (lower, upper) = body.shape.bounds(dimension);
     let slack = SLACK * Axis::smallest_cell(axes);
@@ -28,7 +28,7 @@ pub(crate) fn sample(body: &Body, axes: &[Axis]) -> Vec<Sample> {
         .map(|a| {
             let first = axes[a].cell(lower[a] + slack).0;
             let last = axes[a].cell(upper[a] - slack).0;
-            Column::new(first, last, body.particles_per_cell.axis(a).unwrap_or(1), body.positions)
+            Column::new(first, last, per_cell.axis(a).unwrap_or(1), positions)
         })
         .collect();
     let cell_volume: f64 = axes.iter().map(Axis::cell_size).product();
@@ -49,7 +49,7 @@ pub(crate) fn sample(body: &Body, axes: &[Axis]) -> Vec<Sample> {
             if !body.shape.contains(&position[..dimension], slack) {
                 continue;
             }
-            if body.positions == Positions::Jittered {
+            if positions == Positions::Jittered {
                 let mut moved = position;
                 for a in 0..dimension {
                     moved[a] += (2.0 * random.next() - 1.0) * JITTER * axes[a].cell_size() / counts[a] as f64;
@@ -136,10 +136,10 @@ impl SplitMix {
 mod tests {
     use super::*;
     use crate::basis::Family;
-    use crate::scene::{OneOrEach, Shape};
+    use crate::scene::Shape;
 
-    fn body(shape: Shape, positions: Positions, per_cell: usize) -> Body {
-        Body { material: String::new(), shape, particles_per_cell: OneOrEach::One(per_cell), positions, seed: 7, velocity: Vec::new() }
+    fn body(shape: Shape) -> Body {
+        Body { material: String::new(), shape, particles_per_cell: None, positions: None, seed: 7, velocity: Vec::new() }
     }
 
     #[test]
@@ -147,7 +147,7 @@ mod tests {
         let axes: Vec<Axis> = (0..2).map(|_| Axis::new(0.0, 0.1, 10, Family::OpenSpline(2))).collect();
         for positions in [Positions::Uniform, Positions::Gauss, Positions::Jittered] {
             let shape = Shape::Box { min: vec![0.1, 0.2], max: vec![0.7, 1.0] };
-            let samples = sample(&body(shape.clone(), positions, 3), &axes);
+            let samples = sample(&body(shape.clone()), &OneOrEach::One(3), positions, &axes);
             assert_eq!(samples.len(), 6 * 8 * 9);
             let volume: f64 = samples.iter().map(|s| s.volume).sum();
             assert!((volume - 0.48).abs() < 1e-13);
@@ -158,10 +158,11 @@ mod tests {
     #[test]
     fn jitter_depends_on_the_seed_alone() {
         let axes = [Axis::new(0.0, 0.1, 10, Family::OpenSpline(2))];
-        let mut jittered = body(Shape::Box { min: vec![0.0], max: vec![1.0] }, Positions::Jittered, 2);
-        let first = sample(&jittered, &axes);
-        assert_eq!(first, sample(&jittered, &axes));
+        let mut jittered = body(Shape::Box { min: vec![0.0], max: vec![1.0] });
+        let sample = |body: &Body| sample(body, &OneOrEach::One(2), Positions::Jittered, &axes);
+        let first = sample(&jittered);
+        assert_eq!(first, sample(&jittered));
         jittered.seed = 8;
-        assert_ne!(first, sample(&jittered, &axes));
+        assert_ne!(first, sample(&jittered));
     }
 }

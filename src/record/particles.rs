@@ -23,7 +23,7 @@ pub(super) fn all_von_mises(stress: &[f64]) -> Vec<f64> {
 pub(super) fn spacing(scene: &Scene) -> Vec<Vec<f64>> {
     let along = |body: &crate::scene::Body, axis| {
         let cell = scene.grid.cell.axis(axis).unwrap_or(1.0);
-        cell / body.particles_per_cell.axis(axis).unwrap_or(1).max(1) as f64
+        cell / scene.particles_per_cell(body).axis(axis).unwrap_or(1).max(1) as f64
     };
     scene.body.values().map(|body| (0..scene.dimension).map(|axis| along(body, axis)).collect()).collect()
 }

@@ -32,7 +32,8 @@ impl<'s> Recorder<'s> {
         let frames = match (every.or(record.every), record.every_steps) {
             (Some(every), _) => period(every),
             (None, Some(count)) => Cadence::Steps { count, index: sim.steps() / count + 1 },
-            (None, None) => period(sim.scene().time.end / 100.0),
+            // what nobody asked for does not shorten steps
+            (None, None) => period((0.01 * sim.scene().time.end).max(sim.scene().time.step.unwrap_or(0.0))),
         };
         let rows = history.or(every).or(record.history).map_or(frames, period);
         let mut recorder = Self { sinks, frames, rows, last: [f64::NAN; 2] };

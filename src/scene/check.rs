@@ -257,14 +257,14 @@ impl<'a> Check<'a> {
             self.require(materials.contains(&material), &format!("{path}.material"), || {
                 format!("there is no material `{material}`{}", hint(material, &materials))
             });
-            let parted = self.particles_per_cell(&format!("{path}.particles_per_cell"), &body.particles_per_cell);
+            let parted = self.particles_per_cell(&format!("{path}.particles_per_cell"), &self.scene.particles_per_cell(body));
             let shape_path = format!("{path}.shape");
             let bounds = if self.region(&shape_path, &body.shape) { self.extent(&shape_path, &body.shape) } else { None };
             self.velocity(&format!("{path}.velocity"), &body.velocity, bounds.as_ref());
             if let (Some((low, high)), Some(cells), true) = (&bounds, self.cells.clone(), parted)
                 && self.inside_grid(&shape_path, &cells, low, high)
             {
-                self.particles(&shape_path, body, &cells.split(&body.particles_per_cell), low, high);
+                self.particles(&shape_path, body, &cells.split(&self.scene.particles_per_cell(body)), low, high);
             }
         }
     }
@@ -303,7 +303,7 @@ impl<'a> Check<'a> {
             format!("holds about {} particles, at 300 bytes each about {memory} GB; must be at most 2^27 a body", short(estimate))
         });
         // Gauss points stand elsewhere than equal parts do, though never by more than one of these.
-        let slack = if body.positions == Positions::Gauss { spots.size.iter().sum() } else { 0.0 };
+        let slack = if self.scene.positions(body) == Positions::Gauss { spots.size.iter().sum() } else { 0.0 };
         if few && spots.count(low, high, slack) <= MOST_TRIED {
             self.require(spots.any(low, high, slack, |x| body.shape.contains(x, slack)), path, || {
                 let spacing: Vec<String> = spots.size.iter().map(|size| short(*size)).collect();

@@ -7,6 +7,12 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Method {
+    /// Whether the method is chosen by what the scene holds, which `method = "auto"` in a scene asks for; all else is as it is by default
+    /// then.
+    #[serde(skip)]
+    pub auto: bool,
+    /// In which configuration the balance of momentum is written.
+    pub formulation: Formulation,
     /// Family of shape functions.
     pub basis: Basis,
     /// Degree of the B-splines, 1 to 5; 1 is the same as the linear basis.
@@ -21,7 +27,9 @@ pub struct Method {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quadrature_of: Option<QuadratureOf>,
     /// Mass matrix of the projection of velocities and of the balance of momentum.
-    pub mass: Mass,
+    /// Lumped for the updated formulation, consistent for the total one, if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass: Option<Mass>,
     /// Mass matrix of the balance of momentum alone; as `mass` if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub balance_mass: Option<Mass>,
@@ -34,8 +42,32 @@ pub struct Method {
     /// Residual, over the right-hand side, at which the solver of a consistent mass matrix stops; 1e-9 if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_residual: Option<f64>,
-    /// When the stress is updated within a step.
-    pub integrator: Integrator,
+    /// How time goes on: `musl` for the updated formulation, `verlet` for the total one, if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub integrator: Option<Integrator>,
+    /// Beta of Newmark's scheme, 0.25 if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub newmark_beta: Option<f64>,
+    /// Gamma of Newmark's scheme, 0.5 if left out; more damps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub newmark_gamma: Option<f64>,
+    /// Share of its amplitude that an oscillation far faster than the step keeps in a step of the generalised-alpha scheme, 0 to 1; 0.8 if
+    /// left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spectral_radius: Option<f64>,
+    /// Forces out of balance, over those in balance, at which Newton's method stops; 1e-10 if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub newton_residual: Option<f64>,
+    /// Most iterations of Newton's method before a step is halved; 20 if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub newton_iterations: Option<usize>,
+    /// How the linear systems of Newton's method are solved; by their size if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub linear_solver: Option<LinearSolver>,
+    /// Whether the particles of a cell share its mean change of volume: keeps nearly incompressible bodies from locking. For the total
+    /// formulation.
+    #[serde(skip_serializing_if = "is_false")]
+    pub mean_dilatation: bool,
     /// How velocity travels between particles and grid.
     pub transfer: Transfer,
     /// Share of FLIP in a FLIP transfer, 0 to 1; the rest is PIC.
@@ -49,20 +81,33 @@ pub struct Method {
     pub mass_tolerance: Option<f64>,
 }
 
+fn is_false(value: &bool) -> bool {
+    !value
+}
+
 impl Default for Method {
     fn default() -> Self {
         Self {
+            auto: false,
+            formulation: Formulation::Updated,
             basis: Basis::Bspline,
             degree: None,
             domain: None,
             quadrature: Quadrature::Particles,
             quadrature_of: None,
-            mass: Mass::Lumped,
+            mass: None,
             balance_mass: None,
             fmpm_order: None,
             mass_solver: None,
             mass_residual: None,
-            integrator: Integrator::Musl,
+            integrator: None,
+            newmark_beta: None,
+            newmark_gamma: None,
+            spectral_radius: None,
+            newton_residual: None,
+            newton_iterations: None,
+            linear_solver: None,
+            mean_dilatation: false,
             transfer: Transfer::Flip,
             flip_share: None,
             mass_tolerance: None,
@@ -75,9 +120,21 @@ impl Method {
     pub fn spline_degree(&self) -> usize {
         self.degree.unwrap_or(2)
     }
+    /// Whether the formulation is the total-Lagrangian one.
+    pub fn is_total(&self) -> bool {
+        self.formulation == Formulation::Total
+    }
+    /// Mass matrix of the projection of velocities, and of the total formulation.
+    pub fn mass(&self) -> Mass {
+        self.mass.unwrap_or(if self.is_total() { Mass::Consistent } else { Mass::Lumped })
+    }
     /// Mass matrix of the balance of momentum.
     pub fn mass_of_balance(&self) -> Mass {
-        self.balance_mass.unwrap_or(self.mass)
+        self.balance_mass.unwrap_or(self.mass())
+    }
+    /// How time goes on.
+    pub fn integrator(&self) -> Integrator {
+        self.integrator.unwrap_or(if self.is_total() { Integrator::Verlet } else { Integrator::Musl })
     }
     /// Whether velocities are projected with the quadrature of the forces.
     pub fn quadrature_of_velocity(&self) -> bool {
@@ -91,6 +148,48 @@ impl Method {
             Basis::Cubic | Basis::Gimp => false,
         }
     }
+}
+
+/// A method as a scene file has it.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub(super) enum Written {
+    /// The point in the table.
+    Method(Box<Method>),
+    /// The word `"auto"`: formulation, degree and integrator are chosen by what the scene holds; `matpoint describe` says which and why.
+    Auto(Auto),
+}
+
+/// The word `auto`.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Auto {
+    /// Chosen by what the scene holds.
+    Auto,
+}
+
+impl Written {
+    pub(super) fn serialize<S: serde::Serializer>(method: &Method, to: S) -> Result<S::Ok, S::Error> {
+        if method.auto { Auto::Auto.serialize(to) } else { method.serialize(to) }
+    }
+
+    pub(super) fn deserialize<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Method, D::Error> {
+        Ok(match <Self as Deserialize>::deserialize(from)? {
+            Self::Method(method) => *method,
+            Self::Auto(_) => Method { auto: true, ..Method::default() },
+        })
+    }
+}
+
+/// Configurations in which the balance of momentum is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Formulation {
+    /// That of now: particles move through a grid, which forgets after each step. Bodies may touch, and deform without bounds.
+    Updated,
+    /// That of time 0: each body has a grid of its own, fitted to it, that deforms with it, so that shape functions are computed once. For
+    /// bodies that do not touch: far more accurate, and cheaper.
+    Total,
 }
 
 /// Families of shape functions.
@@ -169,7 +268,7 @@ pub enum MassSolver {
     Richardson,
 }
 
-/// When the stress is updated within a step.
+/// How time goes on. The first three are for the updated formulation and tell when the stress is updated within a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Integrator {
@@ -180,6 +279,40 @@ pub enum Integrator {
     /// Modified update stress last: stress and positions from the velocity projected again (Sulsky 1994, Tielen 2016, section 3.2).
     /// Keeps the energy; quieter than USF, for particles and their deformation move with the same field.
     Musl,
+    /// Velocity Verlet, of second order and symplectic; for the total formulation.
+    Verlet,
+    /// Symplectic Runge-Kutta-Nystroem scheme of fourth order with six forces a step (Blanes and Moan 2002); for the total formulation.
+    Symplectic4,
+    /// Loads applied without inertia, in steps: the balance of forces at the end of each. Nothing has a velocity.
+    QuasiStatic,
+    /// Newmark's implicit scheme, `newmark_beta` and `newmark_gamma`; by default the trapezoidal rule.
+    Newmark,
+    /// Implicit, of second order, damps what is faster than the step (Chung and Hulbert 1993); `spectral_radius` says how much.
+    GeneralizedAlpha,
+    /// Implicit, of second order: conserves energy and momenta (Gonzalez 2000).
+    EnergyMomentum,
+}
+
+impl Integrator {
+    /// Whether steps solve for a balance of forces.
+    pub fn is_implicit(self) -> bool {
+        matches!(self, Self::QuasiStatic | Self::Newmark | Self::GeneralizedAlpha | Self::EnergyMomentum)
+    }
+    /// Whether the updated formulation has it.
+    pub fn is_updated(self) -> bool {
+        matches!(self, Self::Usf | Self::Usl | Self::Musl)
+    }
+}
+
+/// How the linear systems of implicit steps are solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LinearSolver {
+    /// A sparse factor: Cholesky, or elimination where that fails or the system is not symmetric.
+    Direct,
+    /// Conjugate gradients without a matrix, from the inverse of the stiffness of a box at rest; direct where the system is not symmetric and
+    /// positive.
+    Iterative,
 }
 
 /// How velocity travels between particles and grid.

@@ -14,7 +14,7 @@ mod structure;
 
 pub use fault::{Fault, SceneError, nearest};
 pub use formula::Formula;
-pub use method::{Basis, Domain, Integrator, Mass, MassSolver, Method, Quadrature, QuadratureOf, Transfer};
+pub use method::{Basis, Domain, Formulation, Integrator, LinearSolver, Mass, MassSolver, Method, Quadrature, QuadratureOf, Transfer};
 pub use shape::{Face, FacePoint, Shape};
 
 use indexmap::IndexMap;
@@ -50,8 +50,9 @@ pub struct Scene {
     /// What happens where bodies meet; without it they share one velocity field, and stick.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<Contact>,
-    /// How the scene is solved.
-    #[serde(default)]
+    /// How the scene is solved: a point in the table formulation x basis x quadrature x mass x transfer x integrator, or the word `"auto"`.
+    #[serde(default, with = "method::Written")]
+    #[schemars(with = "method::Written")]
     pub method: Method,
     /// How long, and in what steps.
     pub time: Time,
@@ -147,12 +148,13 @@ pub struct Body {
     pub material: String,
     /// The region it fills at time 0.
     pub shape: Shape,
-    /// Particles along each axis of a cell: one number, or one an axis.
-    #[serde(default = "two_particles")]
-    pub particles_per_cell: OneOrEach<usize>,
-    /// Where in a cell the particles sit.
-    #[serde(default)]
-    pub positions: Positions,
+    /// Particles along each axis of a cell: one number, or one an axis. If left out: two, and one more than the degree for the total
+    /// formulation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub particles_per_cell: Option<OneOrEach<usize>>,
+    /// Where in a cell the particles sit: `uniform` if left out, `gauss` for the total formulation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub positions: Option<Positions>,
     /// Seed of the jitter.
     #[serde(default)]
     pub seed: u64,
@@ -161,16 +163,23 @@ pub struct Body {
     pub velocity: Vec<Expr>,
 }
 
-fn two_particles() -> OneOrEach<usize> {
-    OneOrEach::One(2)
+impl Scene {
+    /// Particles along each axis of a cell of a body: one number, or one an axis.
+    pub fn particles_per_cell(&self, body: &Body) -> OneOrEach<usize> {
+        let usual = if self.method.is_total() { self.method.spline_degree() + 1 } else { 2 };
+        body.particles_per_cell.clone().unwrap_or(OneOrEach::One(usual))
+    }
+    /// Where in a cell the particles of a body sit.
+    pub fn positions(&self, body: &Body) -> Positions {
+        body.positions.unwrap_or(if self.method.is_total() { Positions::Gauss } else { Positions::Uniform })
+    }
 }
 
 /// Where in a cell the particles of a body sit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Positions {
     /// Centres of equal parts of the cell.
-    #[default]
     Uniform,
     /// Gauss-Legendre points of the cell, each with its weight as volume.
     Gauss,
@@ -335,26 +344,32 @@ pub struct Contact {
     pub friction: f64,
 }
 
-/// How long, and in what steps. Give either `step` or `cfl`; with neither, `cfl` is 0.4.
+/// How long, and in what steps. For explicit integrators give either `step` or `cfl`; with neither, `cfl` is 0.4, or 0.8 in the total
+/// formulation. For implicit ones give
+/// `step`, or `error`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Time {
     /// End of a run \[s\].
     pub end: f64,
-    /// Fixed step \[s\]; refused where it is above the stable one.
+    /// Fixed step \[s\]; refused where it is above the stable one. Beside `error`: the longest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step: Option<f64>,
     /// Share of the stable step, above 0 and up to 1. The stable step is that of the particles where they are at time 0: leave room for
     /// other places in their cells.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cfl: Option<f64>,
+    /// Largest error of the displacement that an implicit step may make \[m\], root of the mean square over the mass: steps are as long as an
+    /// estimate of it allows, up to `step`, or a hundredth of the run if that is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<f64>,
 }
 
 /// How often `run` records, in simulated seconds.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Record {
-    /// Time between particle frames \[s\]; a hundredth of the run if left out.
+    /// Time between particle frames \[s\]; a hundredth of the run if left out, or `time.step` where that is longer.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every: Option<f64>,
     /// Substeps between particle frames, instead of `every`.

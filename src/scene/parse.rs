@@ -290,7 +290,7 @@ velocity = ["sin(PI*x)"]
             ("title", "\"7\""),
         ])
         .unwrap();
-        assert_eq!(scene.body["bar"].particles_per_cell, OneOrEach::One(3));
+        assert_eq!(scene.body["bar"].particles_per_cell, Some(OneOrEach::One(3)));
         assert_eq!(scene.body["bar"].velocity, [Expr::Formula("2*x".into())]);
         assert_eq!((scene.method.transfer, scene.record.every, scene.title.as_str()), (Transfer::Apic, Some(1e-4), "7"));
 

@@ -136,7 +136,7 @@ pub(crate) fn deformation(dimension: usize, state: &State, row: usize) -> Matrix
 }
 
 /// J F^-T.
-fn cofactor(f: &Matrix3<f64>) -> Matrix3<f64> {
+pub(crate) fn cofactor(f: &Matrix3<f64>) -> Matrix3<f64> {
     let column = |c: usize| f.column((c + 1) % 3).cross(&f.column((c + 2) % 3));
     Matrix3::from_columns(&[column(0), column(1), column(2)])
 }

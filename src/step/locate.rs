@@ -13,7 +13,7 @@ use rayon::prelude::*;
 pub(super) type Extent = ([i32; 3], [i32; 3]);
 
 impl Stepper {
-    pub(super) fn locate(&mut self, model: &Model, state: &mut State) -> Result<(), StepError> {
+    pub(crate) fn locate(&mut self, model: &Model, state: &mut State) -> Result<(), StepError> {
         if state.bins.is_empty() || !self.survey(model, state)? {
             state.bins = sort(model, self.grid.shape(), &mut state.particles);
             self.lookup.clear();

@@ -28,6 +28,8 @@ pub(crate) struct Measures {
     pub(crate) angular: [f64; 3],
     /// Velocity of each probe \[m/s\].
     pub(crate) probes: Vec<[f64; 3]>,
+    /// Position of each probe \[m\]; empty where it hangs on its particle.
+    pub(crate) places: Vec<[f64; 3]>,
 }
 
 impl Stepper {

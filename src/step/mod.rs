@@ -125,16 +125,17 @@ impl Stepper {
         self.grid.spread_tied(true);
         match model.integrator {
             Integrator::Usl => self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: Some(dt), strain: Some(dt) })?,
-            Integrator::Musl => {
-                self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: None, strain: None })?;
-                self.project(model, state, state.time + 0.5 * dt)?;
-                self.grid_to_particles(model, state, &Update { kick: None, drift: Some(dt), strain: Some(dt) })?;
-            }
             Integrator::Usf => {
                 self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: Some(dt), strain: None })?;
                 self.locate(model, state)?;
                 self.project(model, state, state.time + 0.5 * dt)?;
                 self.grid_to_particles(model, state, &Update { kick: None, drift: None, strain: Some(dt) })?;
+            }
+            // MUSL: the check leaves only these three to explicit steps of the updated formulation
+            _ => {
+                self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: None, strain: None })?;
+                self.project(model, state, state.time + 0.5 * dt)?;
+                self.grid_to_particles(model, state, &Update { kick: None, drift: Some(dt), strain: Some(dt) })?;
             }
         }
         self.close_work(model, state);

@@ -81,6 +81,12 @@ impl Description {
         self.0.method.iter().try_for_each(|(part, choice)| method.set_item(part, choice))?;
         Ok(method)
     }
+    /// What `method = "auto"` has chosen: part of the method, what, and why; empty where the scene names its method.
+    #[getter]
+    fn choices(&self) -> Vec<(&'static str, String, String)> {
+        self.0.choices.iter().map(|choice| (choice.part, choice.chosen.clone(), choice.why.clone())).collect()
+    }
+
     /// What this scene needs, and so costs.
     #[getter]
     fn needs(&self) -> Vec<String> {

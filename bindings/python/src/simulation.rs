@@ -183,10 +183,17 @@ impl Simulation {
         self.with(py, |inner| inner.sim.steps())
     }
 
-    /// Largest stable substep [s]. `step` takes as many substeps as it needs; this is for those who want to know.
+    /// Largest stable substep [s], inf where steps are implicit. `step` takes as many substeps as it needs; this is for those who want to know.
     #[getter]
     fn max_step(&self, py: Python<'_>) -> PyResult<f64> {
         self.with(py, |inner| inner.sim.max_step())
+    }
+
+    /// Forces out of balance over those in balance [-], before each iteration of Newton's method in the last substep and at its end; empty for
+    /// explicit integrators, and before the first step.
+    #[getter]
+    fn residuals(&self, py: Python<'_>) -> PyResult<Vec<f64>> {
+        self.with(py, |inner| inner.sim.residuals().to_vec())
     }
 
     /// Moves time by dt [s], in as many substeps as are needed, and lands exactly on the new time.

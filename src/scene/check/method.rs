@@ -1,7 +1,7 @@
 //! Methods that make no sense, and those that are seldom wise.
 
 use super::super::fault::plain;
-use super::super::{Basis, Fault, Integrator, Mass, Positions, Quadrature, Scene, Transfer};
+use super::super::{Basis, Fault, Integrator, Law, LinearSolver, Mass, Method, Plane, Positions, Quadrature, Scene, Transfer};
 use super::Check;
 
 /// Most terms of FMPM.
@@ -12,6 +12,15 @@ const LARGEST_RESIDUAL: f64 = 1e-2;
 impl Check<'_> {
     pub(super) fn method(&mut self) {
         let method = &self.scene.method;
+        if let Some(error) = self.scene.time.error {
+            self.positive("time.error", error);
+        }
+        if method.auto {
+            // what is chosen is checked once it is
+            let plain = *method == Method { auto: true, ..Method::default() };
+            self.require(plain, "method", || "is automatic, and so leaves no choice; take away `auto`, or all else".into());
+            return;
+        }
         if let Some(degree) = method.degree {
             self.require(method.basis == Basis::Bspline, "method.degree", || "is for basis = \"bspline\" only; leave it out".into());
             self.require((1..=5).contains(&degree), "method.degree", || format!("is {degree}; must be 1 to 5"));
@@ -25,21 +34,165 @@ impl Check<'_> {
             self.require((0.0..=1.0).contains(&share), "method.flip_share", || format!("is {}; must be 0 to 1", plain(share)));
         }
         let blends = method.transfer == Transfer::Flip && method.flip_share.is_some_and(|share| share > 0.0 && share < 1.0);
-        self.require(!(blends && method.has_kinks() && method.integrator == Integrator::Usl), "method.flip_share", || {
+        self.require(!(blends && method.has_kinks() && method.integrator() == Integrator::Usl), "method.flip_share", || {
             "blends FLIP and PIC, which with linear functions and USL throws nearly empty nodes out; take musl or usf, or B-splines".into()
         });
         if let Some(tolerance) = method.mass_tolerance {
             self.require((0.0..=1.0).contains(&tolerance), "method.mass_tolerance", || format!("is {}; must be 0 to 1", plain(tolerance)));
         }
+        self.integrator();
+        self.formulation();
         self.mass();
-        self.affine();
-        self.quadrature();
-        self.contact();
+        if !method.is_total() {
+            self.affine();
+            self.quadrature();
+            self.contact();
+        }
+    }
+
+    fn integrator(&mut self) {
+        let method = &self.scene.method;
+        let (integrator, total) = (method.integrator(), method.is_total());
+        let fits = integrator.is_implicit() || integrator.is_updated() != total;
+        self.require(fits, "method.integrator", || {
+            let name = word(&integrator);
+            let explicit = if total { "verlet, symplectic4" } else { "usf, usl, musl" };
+            let formulation = word(&method.formulation);
+            format!(
+                "is \"{name}\", which formulation = \"{formulation}\" does not have; allowed: {explicit}, quasi_static, newmark, \
+                 generalized_alpha, energy_momentum"
+            )
+        });
+        let only = |this: Integrator| integrator == this;
+        for (path, value, has, least, most, of) in [
+            ("method.newmark_beta", method.newmark_beta, only(Integrator::Newmark), 1e-3, 0.5, "newmark"),
+            ("method.newmark_gamma", method.newmark_gamma, only(Integrator::Newmark), 0.5, 1.0, "newmark"),
+            ("method.spectral_radius", method.spectral_radius, only(Integrator::GeneralizedAlpha), 0.0, 1.0, "generalized_alpha"),
+            ("method.newton_residual", method.newton_residual, integrator.is_implicit(), 1e-14, 1e-2, ""),
+        ] {
+            let Some(value) = value else { continue };
+            self.require(has, path, || match of {
+                "" => "is for implicit integrators only; leave it out".into(),
+                of => format!("is for integrator = \"{of}\" only; leave it out"),
+            });
+            self.require((least..=most).contains(&value), path, || {
+                format!("is {}; must be {} to {}", plain(value), plain(least), plain(most))
+            });
+        }
+        if let Some(iterations) = method.newton_iterations {
+            self.require(integrator.is_implicit(), "method.newton_iterations", || "is for implicit integrators only; leave it out".into());
+            self.require((1..=1000).contains(&iterations), "method.newton_iterations", || format!("is {iterations}; must be 1 to 1000"));
+        }
+        let boxes = total && !method.mean_dilatation && integrator != Integrator::EnergyMomentum && integrator.is_implicit();
+        self.require(boxes || method.linear_solver != Some(LinearSolver::Iterative), "method.linear_solver", || {
+            "is \"iterative\", which is for implicit steps of formulation = \"total\", without mean_dilatation and energy_momentum; take direct".into()
+        });
+        self.require(integrator.is_implicit() || method.linear_solver.is_none(), "method.linear_solver", || {
+            "is for implicit integrators only; leave it out".into()
+        });
+        if integrator.is_implicit() {
+            let time = &self.scene.time;
+            self.require(time.step.is_some() || time.error.is_some(), "time.step", || {
+                "is missing; an implicit integrator has no stable step to go by: give it, or `error`".into()
+            });
+            self.require(time.cfl.is_none(), "time.cfl", || "is for explicit integrators only; give `step`".into());
+        }
+        if self.scene.time.error.is_some() {
+            self.require(integrator.is_implicit(), "time.error", || "is for implicit integrators only; leave it out".into());
+            self.require(integrator != Integrator::QuasiStatic, "time.error", || {
+                "is for integrators with inertia: a balance of forces does not depend on the steps that led to it; give `step`".into()
+            });
+        }
+        let rate = self.scene.material.iter().find(|(_, m)| m.law == Law::HypoElastic);
+        if let (Some((name, _)), Integrator::EnergyMomentum) = (rate, integrator) {
+            let message = "is \"energy_momentum\", but the law of material";
+            self.fault("method.integrator", format!("{message} `{name}` has no stored energy; take another integrator or law"));
+        }
+    }
+
+    /// What the total formulation and implicit steps do not have.
+    fn formulation(&mut self) {
+        let method = &self.scene.method;
+        if method.mean_dilatation {
+            self.mean_dilatation();
+        }
+        if !method.is_total() {
+            if method.integrator().is_implicit() {
+                self.implicit();
+            }
+            return;
+        }
+        let plain = Method::default();
+        self.require(matches!(method.basis, Basis::Linear | Basis::Bspline), "method.basis", || {
+            let name = word(&method.basis);
+            format!("is \"{name}\"; formulation = \"total\" has linear, bspline")
+        });
+        self.require(method.quadrature == plain.quadrature, "method.quadrature", || {
+            "is for formulation = \"updated\"; in \"total\" the particles stand at Gauss points themselves; leave it out".into()
+        });
+        self.require(method.transfer == plain.transfer && method.flip_share.is_none(), "method.transfer", || {
+            "is for formulation = \"updated\"; in \"total\" velocity stays on the nodes; leave it out".into()
+        });
+        for (name, body) in &self.scene.body {
+            let folded = crate::model::Quadrilateral::new(&body.shape).is_some_and(|map| !map.is_convex());
+            self.require(!folded, &format!("body.{name}.shape"), || {
+                "is a polygon of four corners that is not convex; formulation = \"total\" bends its grid to it, so it must be".into()
+            });
+        }
+        for (path, given) in [
+            ("method.quadrature_of", method.quadrature_of.is_some()),
+            ("method.balance_mass", method.balance_mass.is_some()),
+            ("method.mass_solver", method.mass_solver.is_some()),
+            ("method.mass_residual", method.mass_residual.is_some()),
+            ("method.mass_tolerance", method.mass_tolerance.is_some()),
+        ] {
+            self.require(!given, path, || "is for formulation = \"updated\"; leave it out".into());
+        }
+        self.require(method.mass() != Mass::Fmpm, "method.mass", || "is \"fmpm\"; formulation = \"total\" has lumped, consistent".into());
+        self.require(self.scene.contact.is_none(), "contact", || {
+            "is for formulation = \"updated\": each body has a grid of its own in \"total\", and bodies do not see each other".into()
+        });
+    }
+
+    fn mean_dilatation(&mut self) {
+        let scene = self.scene;
+        let path = "method.mean_dilatation";
+        let why = if !scene.method.is_total() {
+            "is for formulation = \"total\" only"
+        } else if self.dimension == 1 || scene.plane == Plane::Stress {
+            "is for bodies that cannot change their volume freely: dimension 3, or 2 in plane strain"
+        } else if scene.material.values().any(|m| matches!(m.law, Law::LinearElastic | Law::HypoElastic)) {
+            "is for the laws neo_hookean and hencky"
+        } else if scene.method.integrator() == Integrator::EnergyMomentum {
+            "does not go with integrator = \"energy_momentum\""
+        } else {
+            return;
+        };
+        self.fault(path, format!("{why}; leave it out"));
+    }
+
+    /// What implicit steps of the updated formulation do not have.
+    fn implicit(&mut self) {
+        let method = &self.scene.method;
+        let integrator = word(&method.integrator());
+        let why = |what: &str| format!("{what} integrator = \"{integrator}\" does not have");
+        self.require(matches!(method.basis, Basis::Linear | Basis::Bspline), "method.basis", || {
+            format!("{}; take linear, bspline", why(&format!("is \"{}\", which", word(&method.basis))))
+        });
+        self.require(method.quadrature == Quadrature::Particles, "method.quadrature", || {
+            format!("{}; take particles", why(&format!("is \"{}\", which", word(&method.quadrature))))
+        });
+        self.require(method.transfer != Transfer::Apic, "method.transfer", || format!("{}; take flip, pic", why("is \"apic\", which")));
+        let plain = |mass: Mass| mass != Mass::Fmpm;
+        self.require(plain(method.mass()) && method.balance_mass.is_none(), "method.mass", || {
+            format!("{}; take lumped, consistent, and no balance_mass", why("is one which"))
+        });
+        self.require(self.scene.contact.is_none(), "contact", || why("is what"));
     }
 
     fn mass(&mut self) {
         let method = &self.scene.method;
-        let masses = [("method.mass", method.mass), ("method.balance_mass", method.mass_of_balance())];
+        let masses = [("method.mass", method.mass()), ("method.balance_mass", method.mass_of_balance())];
         let uses = |mass: Mass| masses.iter().any(|(_, m)| *m == mass);
         match method.fmpm_order {
             None => self.require(!uses(Mass::Fmpm), "method.fmpm_order", || "is missing; mass = \"fmpm\" needs it, from 2 on".into()),
@@ -73,7 +226,7 @@ impl Check<'_> {
             return;
         } else if matches!(method.basis, Basis::Lagrange | Basis::Serendipity) {
             "functions that are negative have second moments that vanish; take another basis or transfer"
-        } else if method.mass != Mass::Lumped || method.mass_of_balance() != Mass::Lumped {
+        } else if method.mass() != Mass::Lumped || method.mass_of_balance() != Mass::Lumped {
             "it is made for the lumped mass: a full matrix would count the affine part twice; take flip"
         } else if method.quadrature_of_velocity() {
             "the affine part lives at particles; take flip, or quadrature_of = \"force\""
@@ -95,10 +248,11 @@ impl Check<'_> {
         });
         for (name, body) in &scene.body {
             let path = format!("body.{name}.positions");
-            self.require(method.quadrature != Quadrature::Splines || body.positions == Positions::Uniform, &path, || {
+            let positions = scene.positions(body);
+            self.require(method.quadrature != Quadrature::Splines || positions == Positions::Uniform, &path, || {
                 "must be \"uniform\": quadrature = \"splines\" needs even rows of particles; or take quadrature = \"least_squares\"".into()
             });
-            self.require(method.basis != Basis::Gimp || body.positions != Positions::Gauss, &path, || {
+            self.require(method.basis != Basis::Gimp || positions != Positions::Gauss, &path, || {
                 "is \"gauss\", but the domains of basis = \"gimp\" are equal parts of a cell; take \"uniform\"".into()
             });
         }
@@ -136,9 +290,9 @@ impl Check<'_> {
 pub(super) fn warnings(scene: &Scene) -> Vec<Fault> {
     let method = &scene.method;
     let mut warnings = Vec::new();
-    let full = method.mass != Mass::Lumped || method.mass_of_balance() != Mass::Lumped;
-    if full && !method.quadrature_of_velocity() {
-        let mass = if method.mass == Mass::Lumped { "method.balance_mass" } else { "method.mass" };
+    let full = method.mass() != Mass::Lumped || method.mass_of_balance() != Mass::Lumped;
+    if full && !method.is_total() && !method.quadrature_of_velocity() {
+        let mass = if method.mass() == Mass::Lumped { "method.balance_mass" } else { "method.mass" };
         warnings.push(Fault::new(
             mass,
             "is not lumped, but mass and momentum are summed at the particles: without the smoothing of the lumped mass the error of that \
@@ -147,4 +301,9 @@ pub(super) fn warnings(scene: &Scene) -> Vec<Fault> {
         ));
     }
     warnings
+}
+
+/// How a choice is written in a scene.
+fn word(choice: &impl serde::Serialize) -> String {
+    serde_json::to_value(choice).ok().and_then(|value| value.as_str().map(str::to_owned)).unwrap_or_default()
 }

@@ -64,10 +64,11 @@ class Body(TypedDict, total=False):
     """Name of its material."""
     shape: Required["Shape"]
     """The region it fills at time 0."""
-    particles_per_cell: "WholeOneOrEach"
-    """Particles along each axis of a cell: one number, or one an axis."""
-    positions: "Positions"
-    """Where in a cell the particles sit."""
+    particles_per_cell: Union["WholeOneOrEach", None]
+    """Particles along each axis of a cell: one number, or one an axis. If left out: two, and one more than the
+    degree for the total formulation."""
+    positions: Union["Positions", None]
+    """Where in a cell the particles sit: `uniform` if left out, `gauss` for the total formulation."""
     seed: int
     """Seed of the jitter."""
     velocity: Union[Sequence["Expr"], NDArray[np.floating[Any]]]
@@ -332,9 +333,15 @@ class Contact(TypedDict, total=False):
     """Coefficient of friction [-], 0 or more."""
 
 
+Written = Union["Method", "Auto"]
+"""A method as a scene file has it."""
+
+
 class Method(TypedDict, total=False):
     """How the scene is solved: a point in the table basis x quadrature x mass x transfer x integrator."""
 
+    formulation: "Formulation"
+    """In which configuration the balance of momentum is written."""
     basis: "Basis"
     """Family of shape functions."""
     degree: Union[int, None]
@@ -345,8 +352,9 @@ class Method(TypedDict, total=False):
     """Where the internal forces are integrated."""
     quadrature_of: Union["QuadratureOf", None]
     """What else is integrated there."""
-    mass: "Mass"
-    """Mass matrix of the projection of velocities and of the balance of momentum."""
+    mass: Union["Mass", None]
+    """Mass matrix of the projection of velocities and of the balance of momentum. Lumped for the updated
+    formulation, consistent for the total one, if left out."""
     balance_mass: Union["Mass", None]
     """Mass matrix of the balance of momentum alone; as `mass` if left out."""
     fmpm_order: Union[int, None]
@@ -356,8 +364,24 @@ class Method(TypedDict, total=False):
     mass_residual: Union[float, None]
     """Residual, over the right-hand side, at which the solver of a consistent mass matrix stops; 1e-9 if left
     out."""
-    integrator: "Integrator"
-    """When the stress is updated within a step."""
+    integrator: Union["Integrator", None]
+    """How time goes on: `musl` for the updated formulation, `verlet` for the total one, if left out."""
+    newmark_beta: Union[float, None]
+    """Beta of Newmark's scheme, 0.25 if left out."""
+    newmark_gamma: Union[float, None]
+    """Gamma of Newmark's scheme, 0.5 if left out; more damps."""
+    spectral_radius: Union[float, None]
+    """Share of its amplitude that an oscillation far faster than the step keeps in a step of the generalised-
+    alpha scheme, 0 to 1; 0.8 if left out."""
+    newton_residual: Union[float, None]
+    """Forces out of balance, over those in balance, at which Newton's method stops; 1e-10 if left out."""
+    newton_iterations: Union[int, None]
+    """Most iterations of Newton's method before a step is halved; 20 if left out."""
+    linear_solver: Union["LinearSolver", None]
+    """How the linear systems of Newton's method are solved; by their size if left out."""
+    mean_dilatation: bool
+    """Whether the particles of a cell share its mean change of volume: keeps nearly incompressible bodies from
+    locking. For the total formulation."""
     transfer: "Transfer"
     """How velocity travels between particles and grid."""
     flip_share: Union[float, None]
@@ -368,6 +392,13 @@ class Method(TypedDict, total=False):
     linear functions or Lagrange elements, lumped mass, and USL or APIC, the velocity of such a node, and so
     the velocity gradient, takes no part of its force; the particles do, so that momentum is conserved (0.1 if
     left out)."""
+
+
+Formulation = Literal["updated", "total"]
+"""Configurations in which the balance of momentum is written. `updated`: That of now: particles move through a
+grid, which forgets after each step. Bodies may touch, and deform without bounds. `total`: That of time 0:
+each body has a grid of its own, fitted to it, that deforms with it, so that shape functions are computed
+once. For bodies that do not touch: far more accurate, and cheaper."""
 
 
 Basis = Literal["linear", "bspline", "lagrange", "serendipity", "cubic", "gimp"]
@@ -410,12 +441,25 @@ MassSolver = Literal["pcg", "richardson"]
 Richardson iteration from the lumped solution (Tielen 2016, section 7.2)."""
 
 
-Integrator = Literal["usf", "usl", "musl"]
-"""When the stress is updated within a step. `usf`: Update stress first: from the velocity projected at the new
-positions. Keeps the energy. `usl`: Update stress last: from the updated nodal velocity. Cheapest; dissipates.
-`musl`: Modified update stress last: stress and positions from the velocity projected again (Sulsky 1994,
-Tielen 2016, section 3.2). Keeps the energy; quieter than USF, for particles and their deformation move with
-the same field."""
+Integrator = Literal["usf", "usl", "musl", "verlet", "symplectic4", "quasi_static", "newmark", "generalized_alpha", "energy_momentum"]
+"""How time goes on. The first three are for the updated formulation and tell when the stress is updated within a
+step. `usf`: Update stress first: from the velocity projected at the new positions. Keeps the energy. `usl`:
+Update stress last: from the updated nodal velocity. Cheapest; dissipates. `musl`: Modified update stress
+last: stress and positions from the velocity projected again (Sulsky 1994, Tielen 2016, section 3.2). Keeps
+the energy; quieter than USF, for particles and their deformation move with the same field. `verlet`: Velocity
+Verlet, of second order and symplectic; for the total formulation. `symplectic4`: Symplectic Runge-Kutta-
+Nystroem scheme of fourth order with six forces a step (Blanes and Moan 2002); for the total formulation.
+`quasi_static`: Loads applied without inertia, in steps: the balance of forces at the end of each. Nothing has
+a velocity. `newmark`: Newmark's implicit scheme, `newmark_beta` and `newmark_gamma`; by default the
+trapezoidal rule. `generalized_alpha`: Implicit, of second order, damps what is faster than the step (Chung
+and Hulbert 1993); `spectral_radius` says how much. `energy_momentum`: Implicit, of second order: conserves
+energy and momenta (Gonzalez 2000)."""
+
+
+LinearSolver = Literal["direct", "iterative"]
+"""How the linear systems of implicit steps are solved. `direct`: A sparse factor: Cholesky, or elimination where
+that fails or the system is not symmetric. `iterative`: Conjugate gradients without a matrix, from the inverse
+of the stiffness of a box at rest; direct where the system is not symmetric and positive."""
 
 
 Transfer = Literal["pic", "flip", "apic"]
@@ -424,23 +468,32 @@ dissipative. `flip`: Particles take the interpolated increment; `flip_share` ble
 particle-in-cell: keeps linear and angular momentum, filters noise."""
 
 
+Auto = Literal["auto"]
+"""The word `auto`. `auto`: Chosen by what the scene holds."""
+
+
 class Time(TypedDict, total=False):
-    """How long, and in what steps. Give either `step` or `cfl`; with neither, `cfl` is 0.4."""
+    """How long, and in what steps. For explicit integrators give either `step` or `cfl`; with neither, `cfl` is
+    0.4, or 0.8 in the total formulation. For implicit ones give `step`, or `error`."""
 
     end: Required[float]
     """End of a run [s]."""
     step: Union[float, None]
-    """Fixed step [s]; refused where it is above the stable one."""
+    """Fixed step [s]; refused where it is above the stable one. Beside `error`: the longest."""
     cfl: Union[float, None]
     """Share of the stable step, above 0 and up to 1. The stable step is that of the particles where they are at
     time 0: leave room for other places in their cells."""
+    error: Union[float, None]
+    """Largest error of the displacement that an implicit step may make [m], root of the mean square over the
+    mass: steps are as long as an estimate of it allows, up to `step`, or a hundredth of the run if that is
+    left out."""
 
 
 class Record(TypedDict, total=False):
     """How often `run` records, in simulated seconds."""
 
     every: Union[float, None]
-    """Time between particle frames [s]; a hundredth of the run if left out."""
+    """Time between particle frames [s]; a hundredth of the run if left out, or `time.step` where that is longer."""
     every_steps: Union[int, None]
     """Substeps between particle frames, instead of `every`."""
     history: Union[float, None]
@@ -495,8 +548,9 @@ class Keys(TypedDict, total=False):
     """Material points that are watched, by name."""
     contact: Union["Contact", None]
     """What happens where bodies meet; without it they share one velocity field, and stick."""
-    method: "Method"
-    """How the scene is solved."""
+    method: "Written"
+    """How the scene is solved: a point in the table formulation x basis x quadrature x mass x transfer x
+    integrator, or the word `"auto"`."""
     time: Required["Time"]
     """How long, and in what steps."""
     record: "Record"
@@ -506,6 +560,7 @@ class Keys(TypedDict, total=False):
 
 
 __all__ = [
+    "Auto",
     "Axis",
     "Basis",
     "Body",
@@ -518,11 +573,13 @@ __all__ = [
     "Exact",
     "Expr",
     "External",
+    "Formulation",
     "Grid",
     "HalfSpace",
     "Integrator",
     "Keys",
     "Law",
+    "LinearSolver",
     "Load",
     "LoadBodyForce",
     "LoadGravity",
@@ -563,4 +620,5 @@ __all__ = [
     "Traction",
     "Transfer",
     "WholeOneOrEach",
+    "Written",
 ]

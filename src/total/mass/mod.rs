@@ -1,0 +1,74 @@
+//! Mass matrices, and how they are inverted.
+
+mod filled;
+mod sparse;
+
+use super::Held;
+use super::reference::Reference;
+use crate::model::Model;
+pub(super) use filled::Band;
+use filled::FilledMass;
+use sparse::SparseMass;
+
+/// How the masses of a body are inverted.
+pub(super) enum Mass {
+    /// Of each node \[kg\].
+    Lumped(Vec<f64>),
+    Filled(FilledMass),
+    /// Of a body that is no box.
+    Sparse(SparseMass),
+}
+
+impl Mass {
+    /// `masses` are those of the particles of a grid \[kg\]; `filled` is the body that fills it, if one does.
+    pub(super) fn new(model: &Model, reference: &Reference, masses: &[f64], held: &[Held], filled: Option<&crate::model::Body>) -> Self {
+        if model.balance.is_lumped() {
+            let mut sums = vec![0.0; reference.len()];
+            for (p, mass) in masses.iter().enumerate() {
+                reference.each_slowly(&reference.particle(p), |node, weight, _| sums[node - reference.start] += mass * weight);
+            }
+            return Self::Lumped(sums);
+        }
+        let mut fixed: [Vec<bool>; 3] = std::array::from_fn(|_| vec![false; reference.len()]);
+        held.iter().for_each(|h| fixed[h.axis][h.node - reference.start] = true);
+        match filled {
+            Some(body) => Self::Filled(FilledMass::new(body.density, &body.axes, reference.counts, fixed)),
+            None => Self::Sparse(SparseMass::new(reference, masses, &fixed, model.dimension)),
+        }
+    }
+
+    /// Multiplies one component of a nodal field by the matrix, in place.
+    pub(super) fn times(&mut self, field: &mut [f64]) {
+        match self {
+            Self::Lumped(masses) => field.iter_mut().zip(masses.iter()).for_each(|(v, mass)| *v *= mass),
+            Self::Filled(mass) => mass.times(field),
+            Self::Sparse(mass) => mass.times(field),
+        }
+    }
+
+    /// The entry of two nodes \[kg\].
+    pub(super) fn entry(&self, i: usize, j: usize) -> f64 {
+        match self {
+            Self::Lumped(masses) => {
+                if i == j {
+                    masses[i]
+                } else {
+                    0.0
+                }
+            }
+            Self::Filled(mass) => mass.entry(i, j),
+            Self::Sparse(mass) => mass.entry(i, j),
+        }
+    }
+
+    /// Solves for the free nodes of a component, in place; what stands at held nodes is lost.
+    pub(super) fn solve(&mut self, component: usize, right: &mut [f64]) {
+        match self {
+            Self::Lumped(masses) => {
+                right.iter_mut().zip(masses.iter()).for_each(|(v, mass)| *v = if *mass > 0.0 { *v / mass } else { 0.0 });
+            }
+            Self::Filled(mass) => mass.solve(component, right),
+            Self::Sparse(mass) => mass.solve(component, right),
+        }
+    }
+}
