@@ -21,7 +21,7 @@ struct Scheme {
 
 const SCHEMES: [Scheme; 2] = [
     Scheme {
-        name: "energy-momentum",
+        name: "energy-momentum, steps of 25 ms",
         integrator: "energy_momentum",
         step: 0.025,
         more: ", newton_residual = 1e-13",
@@ -29,7 +29,7 @@ const SCHEMES: [Scheme; 2] = [
         claim: "the energy drifts by less than 1e-8",
     },
     Scheme {
-        name: "Verlet",
+        name: "Verlet, steps of 0.5 ms",
         integrator: "verlet",
         step: 5e-4,
         more: "",

@@ -171,10 +171,10 @@ pub(super) fn section(effort: Effort, runs: &Runs) -> Section {
         ),
     );
     let pairs = CASES.iter().filter_map(|case| {
-        let pairs = residuals(runs, case)?.windows(2).map(|r| [r[0], r[1]]).filter(|r| r[0] < 0.1);
+        let pairs = residuals(runs, case)?.windows(2).map(|r| [r[0], r[1]]).filter(|r| r[0] < 0.1 && r[1] > ROUND_OFF);
         Some(Series::new(case.name, Style::Joined, pairs))
     });
-    let square = Series::new("its square", Style::Reference, [[1e-7, 1e-14], [0.1, 1e-2]]);
+    let square = |name, factor: f64| Series::new(name, Style::Reference, [1e-7, 0.1].map(|r: f64| [r, factor * r * r]));
     let pairs = chart(
         "newton-order",
         "Newton's method: the residual after an iteration over that before it",
@@ -182,7 +182,7 @@ pub(super) fn section(effort: Effort, runs: &Runs) -> Section {
             "Newton's method: the residual after an iteration over that before it",
             Axis::new("relative residual before", "").log(),
             Axis::new("relative residual after", "").log(),
-            pairs.chain([square]),
+            pairs.chain([square("its square", 1.0), square("a hundred times its square", 100.0)]),
         ),
     );
     let beams = tabulate(

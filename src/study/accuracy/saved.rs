@@ -46,7 +46,7 @@ const SAME: (usize, usize) = (3, 2);
 
 /// In how many seconds the load grows.
 fn ramps(effort: Effort) -> &'static [f64] {
-    effort.pick(&[20.0, 100.0], &[20.0, 100.0, 400.0, 1600.0])
+    effort.pick(&[20.0, 60.0], &[20.0, 100.0, 400.0, 1600.0])
 }
 
 fn solve_name((degree, cells): (usize, usize)) -> String {
@@ -66,7 +66,7 @@ fn scene(cell: f64, grid: &str, body: &str, method: &str, ramp: f64, time: &str)
         dimension = 2
         plane = "strain"
         grid = {{ {grid}, cell = {cell} }}
-        material.steel = {{ law = "hypo_elastic", young = 3e5, poisson = 0, density = 1e3 }}
+        material.steel = {{ law = "neo_hookean", young = 3e5, poisson = 0, density = 1e3 }}
         body.beam = {{ material = "steel", shape = {{ box = {{ min = [0, 0], max = [8, 1] }} }}{body} }}
         boundary.wall = {{ face = "x-", fixed = ["x", "y"] }}
         load.tip.traction = {{ body = "beam", face = "x+", value = [0, "-100/288*min(t/{ramp}, 1)"] }}
@@ -150,29 +150,34 @@ pub(super) fn section(effort: Effort, runs: &Runs) -> Section {
         Panel { y: Axis::new(format!("load grows in {ramp} s"), "m"), series: curves.chain([exact_line(ramp + HELD)]).collect() }
     });
     let motion = Chart::stacked("Deflection of the tip under loads that grow", Axis::new("time", "s"), panels);
-    let finding = Finding::judge("wall time", "One quasi-static solve is both faster and closer than every explicit ramp.", true, || {
-        let (wall, error) = (get(solve_name(SAME))?.wall, solve_error(effort, runs, SAME)?);
-        let slow = EXPLICIT.iter().flat_map(|m| ramps(effort).iter().map(move |&ramp| (m, ramp)));
-        let slow = slow.map(|(m, ramp)| Some((m, ramp, get(ramp_name(m, ramp))?.wall, ramp_error(effort, runs, m, ramp)?)));
-        let slow = slow.collect::<Option<Vec<_>>>()?;
-        let best = slow.iter().min_by(|a, b| a.3.total_cmp(&b.3))?;
-        let seen = format!(
-            "Degree 3, 2 cells over the height: {:.1} ms, error {}. The closest ramp ({}, {} s) takes {:.2} s, {} as long, with an error of {}.",
-            1e3 * wall,
-            small(error),
-            best.0.name,
-            best.1,
-            best.2,
-            times(best.2 / wall),
-            percent(best.3)
-        );
-        Some((seen, slow.iter().all(|(_, _, w, e)| *w > wall && *e > error)))
-    });
+    let finding = Finding::judge(
+        "wall time",
+        "One quasi-static solve is closer than every explicit ramp, and at least ten times as fast as the closest.",
+        true,
+        || {
+            let (wall, error) = (get(solve_name(SAME))?.wall, solve_error(effort, runs, SAME)?);
+            let slow = EXPLICIT.iter().flat_map(|m| ramps(effort).iter().map(move |&ramp| (m, ramp)));
+            let slow = slow.map(|(m, ramp)| Some((m, ramp, get(ramp_name(m, ramp))?.wall, ramp_error(effort, runs, m, ramp)?)));
+            let slow = slow.collect::<Option<Vec<_>>>()?;
+            let best = slow.iter().min_by(|a, b| a.3.total_cmp(&b.3))?;
+            let seen = format!(
+                "Degree 3, 2 cells over the height: {:.1} ms, error {}. The closest ramp ({}, {} s) takes {:.2} s, {} as long, with an error of {}.",
+                1e3 * wall,
+                small(error),
+                best.0.name,
+                best.1,
+                best.2,
+                times(best.2 / wall),
+                percent(best.3)
+            );
+            Some((seen, best.3 > error && best.2 > 10.0 * wall))
+        },
+    );
     Section {
         title: "A static answer by one solve, and by explicit steps".into(),
         text: format!(
             "The cantilever of A2 at rest under its last force, 100 / 288 N, as a dead traction on the whole end, which all meshes have in the \
-             same place; deflection at x = 8 m, y = 0.5 m. Quasi-static in one step; or explicit with cells of \
+             same place; deflection at x = 8 m, y = 0.5 m. Strains are below 1e-4: the law does not matter, and is neo-Hookean. Quasi-static in one step; or explicit with cells of \
              0.5 m, the load growing in a straight line and then held for {HELD} s, a little more than the period of 23.1 s: nothing damps, \
              so what swings goes on swinging, by about the period over pi times the time of growth. Errors are against the quasi-static \
              answer on the finest mesh, degree {} with {} cells over the height; those of explicit runs are the largest while the load is held.",
