@@ -14,13 +14,15 @@ struct Method {
     toml: &'static str,
     particles: &'static str,
     color: usize,
+    style: Style,
 }
 
 const THESIS: Method = Method {
     name: "thesis' method",
     toml: r#"basis = "bspline", mass = "consistent", quadrature = "splines", quadrature_of = "force_and_velocity""#,
     particles: ", particles_per_cell = 4",
-    color: 6,
+    color: 0,
+    style: Style::Reference,
 };
 const DEGREE_3: Method = total("degree 3", r#"formulation = "total", degree = 3"#, 2);
 const DEGREE_5: Method = total("degree 5", r#"formulation = "total", degree = 5"#, 4);
@@ -34,7 +36,7 @@ const METHODS: [Method; 5] = [
 
 /// The particles of the total Lagrangian are Gauss points.
 const fn total(name: &'static str, toml: &'static str, color: usize) -> Method {
-    Method { name, toml, particles: "", color }
+    Method { name, toml, particles: "", color, style: Style::Joined }
 }
 
 fn grids(effort: Effort) -> Vec<usize> {
@@ -92,7 +94,7 @@ pub(super) fn section(effort: Effort, runs: &Runs) -> Section {
         let (what, unit) = kinds[kind];
         let series = METHODS.iter().map(|m| {
             let points = grids.iter().filter_map(|&cells| Some([cells as f64, errors(runs, m, cells)?[kind]]));
-            Series::new(m.name, Style::Joined, points).color(m.color)
+            Series::new(m.name, m.style, points).color(m.color)
         });
         let axis = Axis::new(format!("RMS error [{unit}]"), "");
         convergence(&format!("t2-{what}"), &format!("T2: RMS error of the {what} at {END} s"), "cells", &grids, axis, series)

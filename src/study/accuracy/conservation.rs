@@ -5,7 +5,7 @@ use crate::study::tools::{chart, largest, small};
 use crate::study::{Axis, Chart, Effort, Finding, Job, Panel, Run, Runs, Section, Series, Style, value};
 
 /// Time between samples \[s\].
-const EVERY: f64 = 0.05;
+const EVERY: f64 = 0.02;
 
 /// A scheme with what it must keep of the energy.
 struct Scheme {
@@ -21,10 +21,10 @@ struct Scheme {
 
 const SCHEMES: [Scheme; 2] = [
     Scheme {
-        name: "energy-momentum, steps of 25 ms",
+        name: "energy-momentum, steps of 20 ms",
         integrator: "energy_momentum",
-        step: 0.025,
-        more: ", newton_residual = 1e-13",
+        step: 0.02,
+        more: ", newton_residual = 1e-11",
         most: 1e-8,
         claim: "the energy drifts by less than 1e-8",
     },

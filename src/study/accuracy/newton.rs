@@ -75,7 +75,7 @@ struct Large {
 }
 
 const PLANE: Large = Large { dimension: 2, cells: 70, degree: 3, solver: "direct" };
-const SOLID: Large = Large { dimension: 3, cells: 13, degree: 2, solver: "iterative" };
+const SOLID: Large = Large { dimension: 3, cells: 14, degree: 2, solver: "iterative" };
 const LARGE: [Large; 3] = [PLANE, Large { solver: "iterative", ..PLANE }, SOLID];
 const SMALL: [Large; 2] = [Large { cells: 10, ..PLANE }, Large { cells: 3, ..SOLID }];
 

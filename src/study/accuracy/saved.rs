@@ -147,9 +147,10 @@ pub(super) fn section(effort: Effort, runs: &Runs) -> Section {
     let panels = shown.map(|&ramp| {
         let curves =
             EXPLICIT.iter().filter_map(|m| Some(Series::new(m.name, Style::Line, get(ramp_name(m, ramp))?.curve("tip")).color(m.color)));
-        Panel { y: Axis::new(format!("load grows in {ramp} s"), "m"), series: curves.chain([exact_line(ramp + HELD)]).collect() }
+        Panel { y: Axis::new(format!("deflection, {ramp} s"), "m"), series: curves.chain([exact_line(ramp + HELD)]).collect() }
     });
-    let motion = Chart::stacked("Deflection of the tip under loads that grow", Axis::new("time", "s"), panels);
+    let motion =
+        Chart::stacked("Deflection of the tip under loads that grow in so many seconds, and are then held", Axis::new("time", "s"), panels);
     let finding = Finding::judge(
         "wall time",
         "One quasi-static solve is closer than every explicit ramp, and at least ten times as fast as the closest.",
