@@ -89,7 +89,7 @@ pub(super) fn section(effort: Effort, runs: &Runs) -> Section {
     let rows = (1..=20).map(f64::from).filter(|t| t % effort.pick(1.0, 2.0) == 0.0 && *t <= end(effort));
     let deflections = tabulate(
         "Deflection of the tip at x = 8 m, y = 0.5 m [m], F = 100 N",
-        &["time [s]", "Ritz", "ours, cells of 1/12 m", "finer less coarser mesh", "half less whole step", "ours less Ritz"],
+        &["time [s]", "Ritz", &format!("ours, {}", best.name), "finer less coarser mesh", "half less whole step", "ours less Ritz"],
         rows,
         |time| {
             let (ritz, fine, base) = (ritz_at(time), at(&FINE, time), at(&BASE, time));

@@ -104,7 +104,7 @@ pub(super) fn section(effort: Effort, runs: &Runs) -> Section {
     let curves: Vec<Series> = shown.filter_map(|m| Some(Series::new(m.name, Style::Line, runs.get(&name(m))?.curve("corner")))).collect();
     let known = Series::new("Q2 elements: -3.305 m", Style::Reference, [[0.9, KNOWN], [END, KNOWN]]);
     let figure = |file: &str, caption: &str, time: Axis, displacement: Axis| {
-        chart(file, caption, Chart::new(caption, time, displacement, curves.iter().chain([&known]).cloned()))
+        chart(file, caption, Chart::new(caption, time, displacement, std::iter::once(&known).chain(&curves).cloned()))
     };
     let views = methods(effort).filter(|m| ["total, Verlet", "updated, MUSL"].contains(&m.name)).filter_map(|m| {
         let stress = |run: &crate::study::Run| Some(run.at(LOW, "particle/stress")?.chunks_exact(9).map(von_mises).collect());
