@@ -14,7 +14,7 @@ pub use error::{ComponentError, StepError};
 pub use variable::{Causality, Report, Variable};
 
 use crate::model::{Masses, Model, Pace, Signal};
-use crate::scene::{Fault, Integrator, Scene, SceneError, Transfer};
+use crate::scene::{Fault, Scene, SceneError};
 use crate::solver::Solver;
 use crate::state::State;
 use crate::step::Wrong;
