@@ -45,7 +45,7 @@
 //! | [`component`] | FROM OUTSIDE: [`Simulation`], the variable list, snapshots: all that an adapter may see |
 //! | [`record`] | DATA OUT: Rerun, MCAP, ParaView, CSV, pictures; recordings read back, compared, repaired |
 //! | [`messages`], `msgs` | the ROS 2 messages: what `.mcap` recordings hold and the node publishes, defined once |
-//! | [`study`] | STUDIES: many runs beside the numbers and figures of the papers |
+//! | [`study`] | STUDIES: many runs beside the numbers and figures of the papers, and beside known answers |
 //! | `bindings/python` | an adapter: `import matpoint`, built by maturin; its tests are in `tests/python` |
 //! | `bindings/ros2` | an adapter: the ROS 2 node, pure Rust on DDS; its messages are in `msgs`, its tests in `tests/ros2` |
 //! | `svg`, `color`, `draft`, [`text`] | what pictures and reports are made with |

@@ -178,7 +178,7 @@ fn recordings_are_drawn_compared_replayed_and_gone_on_from() {
     good(&["replay", &file("a.mcap"), "--to", "rrd"]);
     assert!(good(&["inspect", &file("a.rrd")]).contains("frames, rows  11, 11"));
     assert!(bad(2, &["replay", &file("a.mcap"), "--to", "rrd"]).contains("--force"));
-    assert!(bad(2, &["replay", &file("a.mcap"), "--to", "ros2"]).contains("ros2 bag play"));
+    assert!(bad(2, &["replay", &file("a.mcap"), "--to", "rrd", "--", "--loop"]).contains("--to ros2 only"));
     assert!(bad(2, &["replay", &file("a.mcap"), "--to", "mcap"]).contains("itself"));
 
     // The rest of the run gives the same bytes as the run that was not cut.
@@ -186,6 +186,38 @@ fn recordings_are_drawn_compared_replayed_and_gone_on_from() {
     assert!(std::fs::read(file("rest/particles.csv")).unwrap() == std::fs::read(file("whole/particles.csv")).unwrap());
     assert!(bad(2, &["run", "--from", &format!("{}@0.15", file("a.mcap"))]).contains("no snapshot at 0.15 s"));
     assert!(bad(2, &["run", "--from", "a.mcap"]).contains("RUN@TIME"));
+}
+
+#[cfg(unix)]
+#[test]
+fn publishing_is_done_by_the_node_if_there_is_one() {
+    // A name of its own for the program, so that nothing is beside it; a link, as a file that was just written may be busy.
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
+    let program = folder.path().join("matpoint");
+    std::fs::hard_link(env!("CARGO_BIN_EXE_matpoint"), &program).unwrap();
+    let replay = |variable: &str, value: &Path| {
+        let mut command = Command::new(&program);
+        command.env_remove("MATPOINT_NODE").env("PATH", "").env(variable, value);
+        command.args(["replay", "beam.mcap", "--to", "ros2", "--", "--loop", "--ros-args"]).output().unwrap()
+    };
+    let none = replay("PATH", Path::new(""));
+    assert_eq!(none.status.code(), Some(2), "{}", stderr(&none));
+    for part in ["matpoint-node", "MATPOINT_NODE", "cargo build --release -p matpoint-ros2", "ros2 bag play RUN.mcap"] {
+        assert!(stderr(&none).contains(part), "no {part} in {}", stderr(&none));
+    }
+    let wrong = replay("MATPOINT_NODE", &folder.path().join("nowhere"));
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(stderr(&wrong).contains("nowhere`: No such file"), "{}", stderr(&wrong));
+
+    // Who stands for the node says what it was given.
+    let handed = "--replay beam.mcap --loop --ros-args\n";
+    assert_eq!(stdout(&replay("MATPOINT_NODE", Path::new("/bin/echo"))), handed);
+    let bin = folder.path().join("bin");
+    std::fs::create_dir(&bin).unwrap();
+    std::os::unix::fs::symlink("/bin/echo", bin.join("matpoint-node")).unwrap();
+    assert_eq!(stdout(&replay("PATH", &bin)), handed);
+    std::os::unix::fs::symlink("/bin/false", folder.path().join("matpoint-node")).unwrap();
+    assert_eq!(replay("PATH", &bin).status.code(), Some(1), "the one beside the program comes first, and its exit code is the program's");
 }
 
 #[cfg(not(feature = "rerun"))]

@@ -2,15 +2,15 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use matpoint::study::papers::{Effort, problems, report};
-use matpoint::study::{Report, Verdict};
+use matpoint::study::papers::STUDY;
+use matpoint::study::{Effort, Report, Verdict};
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
 /// The quick subset, run once for all tests.
 fn quick() -> &'static Report {
     static REPORT: OnceLock<Report> = OnceLock::new();
-    REPORT.get_or_init(|| report(Effort::Quick, &[], |_| {}))
+    REPORT.get_or_init(|| STUDY.report(Effort::Quick, &[], |_| {}))
 }
 
 #[test]
@@ -96,7 +96,7 @@ fn pictures_and_tables_are_sound() {
 fn names_of_jobs_are_unique_and_begin_with_their_problem() {
     for effort in [Effort::Quick, Effort::Full] {
         let mut seen = BTreeSet::new();
-        for problem in problems() {
+        for problem in STUDY.problems() {
             for job in (problem.jobs)(effort) {
                 assert!(job.name().starts_with(&format!("{}/", problem.id)), "{}", job.name());
                 assert!(seen.insert(job.name().to_owned()), "{} twice", job.name());

@@ -75,8 +75,8 @@ fn a_bar_with_7_percent_strain() {
 
 /// A manufactured solution on the unit interval, square or cube: u_i = A sin(pi X_i) sin(pi c t + phase), finite strain (B4, B5).
 fn manufactured(dimension: usize, cells: usize, degree: usize) -> f64 {
-    let (mu, lambda) = if dimension == 1 { (50.0, 0.0) } else { (3846.153_846_153_846, 5769.230_769_230_769) };
-    let young: f64 = if dimension == 1 { 100.0 } else { 1e4 };
+    let (young, poisson): (f64, f64) = if dimension == 1 { (100.0, 0.0) } else { (1e4, 0.3) };
+    let (mu, lambda) = (young / (2.0 * (1.0 + poisson)), young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)));
     let (c, amplitude) = (young.sqrt(), 0.05);
     // phases 0, pi, pi: at rest and undeformed at time 0
     let axes = &["x", "y", "z"][..dimension];
@@ -111,7 +111,6 @@ fn manufactured(dimension: usize, cells: usize, degree: usize) -> f64 {
         zeros = vec![0.0; dimension],
         ones = vec![1.0; dimension],
         cell = 1.0 / cells as f64,
-        poisson = if dimension == 1 { 0.0 } else { 0.3 },
         velocity = each(&velocity),
         force = each(&force),
         displacement = each(&displacement),

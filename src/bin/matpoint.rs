@@ -9,6 +9,7 @@ mod cli;
 use clap::{Args, Parser, Subcommand};
 use cli::Failure;
 use matpoint::record::{Precision, WhenFull};
+use matpoint::study::{Study, accuracy, papers};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -42,11 +43,15 @@ enum Command {
 
 A recording that was cut off, because its process was killed or the disk was full, gets its index again; all that reached the disk is kept.")]
     Inspect(InspectArgs),
-    /// Write a recording in another format.
+    /// Write a recording in another format, or publish it in ROS 2.
     #[command(after_help = "Examples:
   matpoint replay beam.mcap --to rrd             writes beam.rrd
   matpoint replay beam.rrd --to look/beam.pvd    for ParaView
-  ros2 bag play beam.mcap                        publishes it: .mcap recordings are bags")]
+  matpoint replay beam.mcap --to ros2            publishes it in its own time, by matpoint-node
+  matpoint replay beam.mcap --to ros2 -- --loop --ros-args -p real_time_factor:=0.5
+  ros2 bag play beam.mcap                        publishes it too: .mcap recordings are bags
+
+matpoint-node (cargo build --release -p matpoint-ros2) is looked for beside this program, then on PATH; MATPOINT_NODE says it is elsewhere.")]
     Replay(ReplayArgs),
     /// Find every fault of a scene without running it.
     #[command(after_help = "Examples:
@@ -77,6 +82,14 @@ enum StudyCommand {
 
 Exit codes: 0 every finding came out as known, 1 one did not, 2 a fault in the arguments.")]
     Papers(PapersArgs),
+    /// Measure how close the simulator comes to known answers: orders of convergence, statics, vibrations, energy, time saved.
+    #[command(after_help = "Examples:
+  matpoint study accuracy                        everything; writes docs/accuracy.md and docs/accuracy/
+  matpoint study accuracy --quick --out look     coarse and short cases, in about ten seconds
+  matpoint study accuracy --only T1,cook         some problems only
+
+Exit codes: 0 every finding came out as known, 1 one did not, 2 a fault in the arguments.")]
+    Accuracy(AccuracyArgs),
     /// Draw the scenes of the gallery.
     #[command(after_help = "Examples:
   matpoint study gallery                         writes docs/gallery.md and docs/gallery/")]
@@ -182,12 +195,15 @@ struct InspectArgs {
 struct ReplayArgs {
     /// Recording: .mcap or .rrd.
     run: PathBuf,
-    /// rrd, mcap or vtk, for a file beside the recording; or a file that ends in .rrd, .mcap or .pvd.
+    /// rrd, mcap or vtk, for a file beside the recording; a file that ends in .rrd, .mcap or .pvd; or ros2, to publish it.
     #[arg(long, value_name = "FORMAT|FILE")]
     to: PathBuf,
     /// Write over a file that exists.
     #[arg(long)]
     force: bool,
+    /// With --to ros2, arguments of matpoint-node, such as --loop or --ros-args -p real_time_factor:=0.5.
+    #[arg(last = true, value_name = "NODE ARGUMENTS")]
+    node: Vec<std::ffi::OsString>,
 }
 
 #[derive(Args)]
@@ -198,19 +214,34 @@ struct GalleryArgs {
 }
 
 #[derive(Args)]
-struct PapersArgs {
+struct StudyArgs {
     /// Coarse and short cases only.
     #[arg(long)]
     quick: bool,
-    /// Folder for papers.md and the folder papers with its figures.
+    /// Folder for the report and for the folder of its figures.
     #[arg(long, value_name = "DIR", default_value = "docs")]
     out: PathBuf,
-    /// Problems to run, such as T1,T4; all if left out.
-    #[arg(long, value_name = "ID,...", value_delimiter = ',', value_parser = problem)]
-    only: Vec<String>,
     /// Show no progress bar.
     #[arg(long, short)]
     quiet: bool,
+}
+
+#[derive(Args)]
+struct PapersArgs {
+    #[command(flatten)]
+    study: StudyArgs,
+    /// Problems to run, such as T1,T4; all if left out.
+    #[arg(long, value_name = "ID,...", value_delimiter = ',', value_parser = |text: &str| problem(&papers::STUDY, text))]
+    only: Vec<String>,
+}
+
+#[derive(Args)]
+struct AccuracyArgs {
+    #[command(flatten)]
+    study: StudyArgs,
+    /// Problems to run, such as T1,cook; all if left out.
+    #[arg(long, value_name = "ID,...", value_delimiter = ',', value_parser = |text: &str| problem(&accuracy::STUDY, text))]
+    only: Vec<String>,
 }
 
 fn snapshot(text: &str) -> Result<(PathBuf, f64), String> {
@@ -218,8 +249,8 @@ fn snapshot(text: &str) -> Result<(PathBuf, f64), String> {
     split.filter(|(_, time)| time.is_finite()).ok_or_else(|| "expected RUN@TIME, such as beam.mcap@0.5".to_owned())
 }
 
-fn problem(text: &str) -> Result<String, String> {
-    let known: Vec<&str> = matpoint::study::papers::problems().iter().map(|p| p.id).collect();
+fn problem(study: &Study, text: &str) -> Result<String, String> {
+    let known: Vec<&str> = study.problems().iter().map(|p| p.id).collect();
     match known.iter().find(|id| id.eq_ignore_ascii_case(text)) {
         Some(id) => Ok((*id).to_owned()),
         None => Err(format!("expected one of {}", known.join(", "))),
@@ -248,7 +279,8 @@ fn main() -> ExitCode {
         Command::Study(StudyCommand::Gallery(args)) => cli::gallery(&args),
         Command::Check(args) => cli::check(&args),
         Command::Describe(args) => cli::describe(&args),
-        Command::Study(StudyCommand::Papers(args)) => cli::papers(&args),
+        Command::Study(StudyCommand::Papers(args)) => cli::study(&papers::STUDY, &args.study, &args.only),
+        Command::Study(StudyCommand::Accuracy(args)) => cli::study(&accuracy::STUDY, &args.study, &args.only),
         Command::Schema => cli::schema(),
     };
     match outcome {

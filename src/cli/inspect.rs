@@ -129,13 +129,18 @@ fn compare(first: &Path, second: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Writes a recording in another format.
+/// Writes a recording in another format, or publishes it.
 pub(crate) fn replay(args: &ReplayArgs) -> Result<(), Failure> {
+    if args.to.as_os_str() == "ros2" {
+        return Err(super::ros2::replay(&args.run, &args.node));
+    }
+    if !args.node.is_empty() {
+        return Err(Failure::NodeArguments);
+    }
     let to = match args.to.to_str() {
         Some("rrd") => args.run.with_extension("rrd"),
         Some("mcap") => args.run.with_extension("mcap"),
         Some("vtk") => args.run.with_extension("pvd"),
-        Some("ros2") => return Err(Failure::Ros2),
         _ => args.to.clone(),
     };
     if to == args.run {

@@ -2,13 +2,14 @@
 
 mod describe;
 mod inspect;
+mod ros2;
 mod run;
 mod study;
 
 pub(crate) use describe::{check, describe, schema};
 pub(crate) use inspect::{inspect, replay};
 pub(crate) use run::run;
-pub(crate) use study::{gallery, papers};
+pub(crate) use study::{gallery, study};
 
 use crate::SceneArgs;
 use matpoint::Simulation;
@@ -32,9 +33,19 @@ pub(crate) enum Failure {
     /// A recording would be written over itself.
     #[error("`{}` is the recording itself; --to takes another file", .0.display())]
     Itself(PathBuf),
-    /// Publishing needs the node.
-    #[error("--to ros2: messages are published by ROS 2 itself; write an .mcap (--to mcap), then: ros2 bag play RUN.mcap")]
-    Ros2,
+    /// The node publishes, and there is none.
+    #[error(
+        "--to ros2 needs matpoint-node, which is neither beside this program nor on PATH, and MATPOINT_NODE does not say where it is.\n\
+         Build it: cargo build --release -p matpoint-ros2\n\
+         Or publish with ROS 2 itself: matpoint replay RUN --to mcap, then ros2 bag play RUN.mcap"
+    )]
+    NoNode,
+    /// The node is there and does not start.
+    #[error("cannot start `{}`: {error}; build it: cargo build --release -p matpoint-ros2", node.display())]
+    Start { node: PathBuf, error: std::io::Error },
+    /// Arguments for the node where it has no part.
+    #[error("what stands behind `--` is for the ROS 2 node: it goes with --to ros2 only")]
+    NodeArguments,
     /// The gallery cannot be made.
     #[error("{0}")]
     Gallery(#[from] matpoint::study::GalleryError),

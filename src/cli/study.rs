@@ -1,20 +1,19 @@
 //! `matpoint study`.
 
 use super::Failure;
-use crate::{GalleryArgs, PapersArgs};
+use crate::{GalleryArgs, StudyArgs};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use matpoint::study::papers::{self, Effort};
-use matpoint::study::{Progress, Verdict};
+use matpoint::study::{Effort, Progress, Study, Verdict};
 use matpoint::text::duration;
 use std::io::Write;
 use std::time::Instant;
 
-/// Runs the problems of the papers, writes the report, prints a line for each finding.
-pub(crate) fn papers(args: &PapersArgs) -> Result<(), Failure> {
+/// Runs the problems of a study (all where `only` is empty), writes the report, prints a line for each finding.
+pub(crate) fn study(study: &Study, args: &StudyArgs, only: &[String]) -> Result<(), Failure> {
     let effort = if args.quick { Effort::Quick } else { Effort::Full };
     let start = Instant::now();
     let bar = progress_bar(args.quiet);
-    let report = papers::report(effort, &args.only, |at| show(&bar, &at));
+    let report = study.report(effort, only, |at| show(&bar, &at));
     bar.finish_and_clear();
     let files = report.write(&args.out).map_err(Failure::Report)?;
 

@@ -23,7 +23,7 @@ pub(crate) struct Matrix {
 /// A factor of a matrix.
 pub(crate) enum Factor {
     Cholesky(Llt<usize, f64>),
-    Elimination(Lu<usize, f64>),
+    Elimination(Box<Lu<usize, f64>>),
 }
 
 impl Factor {
@@ -188,6 +188,6 @@ impl Matrix {
             self.elimination = Some(SymbolicLu::try_new(self.values.symbolic()).ok()?);
         }
         let symbolic = self.elimination.as_ref()?;
-        Lu::try_new_with_symbolic(symbolic.clone(), self.values.as_ref()).ok().map(Factor::Elimination)
+        Lu::try_new_with_symbolic(symbolic.clone(), self.values.as_ref()).ok().map(|factor| Factor::Elimination(Box::new(factor)))
     }
 }

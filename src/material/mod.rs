@@ -83,6 +83,11 @@ impl Material {
         }
     }
 
+    /// Whether the stress is the derivative of a stored energy, so that tangents are symmetric.
+    pub(crate) fn has_potential(&self) -> bool {
+        !matches!(self, Self::Hypo(_))
+    }
+
     /// Numbers that the law keeps from step to step.
     pub(crate) fn history(&self) -> usize {
         match self {

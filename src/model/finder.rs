@@ -29,8 +29,11 @@ impl Finder<'_> {
             scene::Load::Traction(t) => (Target::Traction(self.surface(name, "traction", &t.body, &t.face)?), &t.value, "traction.value"),
             scene::Load::Pressure(t) => (Target::Pressure(self.surface(name, "pressure", &t.body, &t.face)?), &t.value, "pressure.value"),
             scene::Load::PointForce(f) => {
-                // the papers' way: the force acts at the particle itself
-                let anchor = Anchor { offset: [0.0; 3], ..self.anchor(self.body(&f.body), &f.at) };
+                let mut anchor = self.anchor(self.body(&f.body), &f.at);
+                if !self.scene.method.is_total() {
+                    // the papers' way: the force acts at the particle itself
+                    anchor.offset = [0.0; 3];
+                }
                 (Target::PointForce(anchor), &f.value, "point_force.value")
             }
         };

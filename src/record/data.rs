@@ -227,3 +227,15 @@ pub enum Item {
     /// For a restart.
     Snapshot(Snapshot),
 }
+
+impl Item {
+    /// Time \[s\].
+    pub fn time(&self) -> f64 {
+        match self {
+            Self::Frame(frame) => frame.time,
+            Self::Row(row) => row.time,
+            Self::Event(event) => event.time,
+            Self::Snapshot(snapshot) => snapshot.time,
+        }
+    }
+}

@@ -30,6 +30,8 @@ pub use csv::CsvSink;
 pub use data::{About, Column, Event, Frame, Item, Level, Row, Snapshot};
 pub use energy::EnergyWatch;
 pub use error::RecordError;
+#[cfg(feature = "mcap")]
+pub use mcap::Messages;
 pub use options::{Options, Precision, RosNames, WhenFull};
 pub use particles::{pressure, von_mises};
 pub(crate) use picture::encode;

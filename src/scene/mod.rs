@@ -239,7 +239,7 @@ pub enum Load {
     Traction(Traction),
     /// Follower pressure on a face of a body: force a deformed area, against the deformed normal.
     Pressure(Pressure),
-    /// Force on the particle nearest to a point.
+    /// Force on the particle nearest to a point; in the total formulation at the point itself.
     PointForce(PointForce),
 }
 
@@ -281,7 +281,7 @@ pub struct Pressure {
     pub value: Signal,
 }
 
-/// Force on the particle nearest to a point.
+/// Force on the particle nearest to a point; in the total formulation at the point itself.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PointForce {

@@ -1,7 +1,8 @@
 //! 8 STUDIES: many runs, compared with what others published. A study sees scenes and simulations from outside, as any adapter does.
 //!
 //! [`runner`] runs [`Job`]s side by side and keeps what they watched; [`chart`] and [`cloud`] draw it; [`report`] puts tables, figures
-//! and findings into a Markdown file with pictures; [`papers`] holds the problems of the papers, one file a problem.
+//! and findings into a Markdown file with pictures. A [`Study`] is a list of [`Problem`]s, one file a problem: [`papers`] holds those of the
+//! papers, [`accuracy`] those whose answers are known, and how close the total-Lagrangian formulation comes to them.
 //!
 //! ```
 //! use matpoint::study::{Axis, Chart, Drawing, Figure, Finding, Job, Section, Series, Style, run, value};
@@ -29,15 +30,20 @@
 //! assert_eq!(section.findings[0].holds, Some(true));
 //! ```
 
+pub mod accuracy;
 pub mod chart;
 pub mod cloud;
 mod gallery;
 pub mod papers;
+mod problem;
+mod reference;
 pub mod report;
 pub mod runner;
+mod tools;
 
 pub use chart::{Axis, Chart, Panel, Series, Style};
 pub use cloud::{Cloud, View};
 pub use gallery::{GalleryError, gallery};
+pub use problem::{Effort, Problem, Study};
 pub use report::{Cell, Drawing, Figure, Finding, Report, Section, Table, Verdict};
 pub use runner::{Job, Progress, Run, Runs, run, value};

@@ -10,11 +10,15 @@ use std::path::{Path, PathBuf};
 /// A whole report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
+    /// Of the Markdown file, without ending, and of the folder of its pictures.
+    pub name: &'static str,
     /// Title.
     pub title: String,
     /// What is said before the first section.
     pub text: String,
-    /// The problems, in the order of the papers.
+    /// Columns of a table of findings: what a claim is about, the claim, what we see.
+    pub heads: [&'static str; 3],
+    /// The problems.
     pub sections: Vec<Section>,
 }
 
@@ -104,12 +108,12 @@ impl Drawing {
     }
 }
 
-/// A claim of a paper, judged by our numbers.
+/// A claim, such as one of a paper, judged by our numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
-    /// The figures or tables in question.
+    /// What it is about: figures or tables of a paper.
     pub figure: String,
-    /// What the paper says.
+    /// What is said or required.
     pub claim: String,
     /// What we see, with our numbers in it.
     pub seen: String,
@@ -226,10 +230,10 @@ pub fn number(value: f64) -> String {
 
 impl Section {
     /// Its Markdown; pictures lie in the folder `pictures`.
-    fn markdown(&self, out: &mut String, pictures: &str) {
+    fn markdown(&self, out: &mut String, heads: &[&str; 3], pictures: &str) {
         let _ = writeln!(out, "## {}\n\n{}\n", self.title, self.text.trim());
         if !self.findings.is_empty() {
-            out.push_str("| figure | the paper says | we see | |\n|---|---|---|---|\n");
+            let _ = writeln!(out, "| {} | |\n|---|---|---|---|", heads.join(" | "));
             for f in &self.findings {
                 let _ = writeln!(out, "| {} | {} | {} | {} |", f.figure, f.claim, f.seen, f.verdict());
             }
@@ -250,9 +254,6 @@ impl Section {
     }
 }
 
-/// Folder of the pictures and tables, beside the Markdown file.
-const PICTURES: &str = "papers";
-
 impl Report {
     /// All findings with the title of their section.
     pub fn findings(&self) -> impl Iterator<Item = (&str, &Finding)> {
@@ -262,20 +263,20 @@ impl Report {
     /// The Markdown text.
     pub fn markdown(&self) -> String {
         let mut out = format!("# {}\n\n{}\n\n", self.title, self.text.trim());
-        self.sections.iter().for_each(|section| section.markdown(&mut out, PICTURES));
+        self.sections.iter().for_each(|section| section.markdown(&mut out, &self.heads, self.name));
         // one line break at the end
         out.truncate(out.trim_end().len());
         out.push('\n');
         out
     }
 
-    /// Writes `papers.md`, and `papers/*.svg` and `papers/*.csv`, to a folder. Every file is written whole before the first takes its name,
+    /// Writes `NAME.md`, and `NAME/*.svg` and `NAME/*.csv`, to a folder. Every file is written whole before the first takes its name,
     /// so that a report is old or new, but not half of each.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub fn write(&self, folder: &Path) -> Result<Vec<PathBuf>, RecordError> {
-        let pictures = folder.join(PICTURES);
+        let pictures = folder.join(self.name);
         std::fs::create_dir_all(&pictures).map_err(RecordError::write(&pictures))?;
         let mut files = Vec::new();
         for figure in self.sections.iter().flat_map(|s| &s.figures) {
@@ -283,7 +284,7 @@ impl Report {
             files.push((pictures.join(format!("{}.csv", figure.name)), figure.drawing.csv()));
         }
         // the text last: it names the others
-        files.push((folder.join("papers.md"), self.markdown()));
+        files.push((folder.join(format!("{}.md", self.name)), self.markdown()));
         let draft = |(path, text): &(PathBuf, String)| {
             let mut draft = Draft::create(path)?;
             draft.write(text)?;
@@ -317,7 +318,7 @@ mod tests {
             findings: vec![finding(Some(("yes".into(), true))), finding(Some(("no".into(), false))), finding(None)],
             ..Section::default()
         };
-        Report { title: "all".into(), text: String::new(), sections: vec![section] }
+        Report { name: "papers", title: "all".into(), text: String::new(), heads: ["figure", "claim", "seen"], sections: vec![section] }
     }
 
     #[test]

@@ -9,16 +9,16 @@ use rayon::prelude::*;
 use std::sync::Mutex;
 use std::time::Instant;
 
-/// Reads one number of a simulation.
-type Watch = Box<dyn Fn(&mut Simulation) -> Result<f64, ComponentError> + Send + Sync>;
+/// Reads a simulation.
+type Read<T> = Box<dyn Fn(&mut Simulation) -> Result<T, ComponentError> + Send + Sync>;
 
 /// A scene to be run from time 0 to its end, and what is kept of it.
 pub struct Job {
     name: String,
     scene: String,
     every: Option<f64>,
-    watches: Vec<(String, Watch)>,
-    snapshots: Vec<(f64, Vec<String>)>,
+    watches: Vec<(String, Read<f64>)>,
+    snapshots: Vec<(f64, String, Read<Vec<f64>>)>,
     alone: bool,
     wrong: Option<Wrong>,
 }
@@ -47,8 +47,21 @@ impl Job {
     }
 
     /// Keeps whole variables at a time \[s\].
-    pub fn snapshot<'a>(mut self, time: f64, variables: impl IntoIterator<Item = &'a str>) -> Self {
-        self.snapshots.push((time, variables.into_iter().map(str::to_owned).collect()));
+    pub fn snapshot<'a>(self, time: f64, variables: impl IntoIterator<Item = &'a str>) -> Self {
+        variables.into_iter().fold(self, |job, name| {
+            let variable = name.to_owned();
+            job.keep(time, name, move |sim| Ok(sim.get(&variable)?.to_vec()))
+        })
+    }
+
+    /// Keeps numbers at a time \[s\] that are no variable, under a name.
+    pub fn keep(
+        mut self,
+        time: f64,
+        name: impl Into<String>,
+        read: impl Fn(&mut Simulation) -> Result<Vec<f64>, ComponentError> + Send + Sync + 'static,
+    ) -> Self {
+        self.snapshots.push((time, name.into(), Box::new(read)));
         self
     }
 
@@ -102,12 +115,15 @@ pub struct Run {
     pub wall: f64,
     /// Substeps taken.
     pub substeps: u64,
+    /// Iterations of Newton's method, or of the solver of the mass matrix.
+    pub iterations: u64,
 }
 
 #[derive(Debug, Clone)]
 struct Snapshot {
     time: f64,
-    variables: IndexMap<String, Vec<f64>>,
+    name: String,
+    values: Vec<f64>,
 }
 
 impl Run {
@@ -121,10 +137,10 @@ impl Run {
         self.times.iter().zip(self.samples(name)).map(|(&t, &v)| [t, v]).collect()
     }
 
-    /// A variable at a time \[s\]; `None` where the run was not asked for it or did not get there.
-    pub fn at(&self, time: f64, variable: &str) -> Option<&[f64]> {
-        let snapshot = self.snapshots.iter().find(|s| (s.time - time).abs() <= 1e-9 * time.abs().max(1e-9))?;
-        snapshot.variables.get(variable).map(Vec::as_slice)
+    /// What was kept under a name at a time \[s\]; `None` where the run was not asked for it or did not get there.
+    pub fn at(&self, time: f64, name: &str) -> Option<&[f64]> {
+        let now = |s: &&Snapshot| (s.time - time).abs() <= 1e-9 * time.abs().max(1e-9) && s.name == name;
+        self.snapshots.iter().find(now).map(|s| s.values.as_slice())
     }
 
     /// Whether it reached the end of its scene.
@@ -205,6 +221,7 @@ fn run_one(job: &Job) -> Run {
         snapshots: Vec::new(),
         wall: 0.0,
         substeps: 0,
+        iterations: 0,
     };
     let mut sim = match Scene::from_toml(&job.scene).and_then(Scene::build) {
         Ok(sim) => sim,
@@ -240,6 +257,7 @@ fn follow(job: &Job, sim: &mut Simulation, run: &mut Run) -> Result<(), String> 
             let report = sim.step(stop - sim.time()).map_err(|e| e.to_string())?;
             run.wall += start.elapsed().as_secs_f64();
             run.substeps += report.substeps;
+            run.iterations += report.iterations;
         }
         if samples.next_if(|time| (time - stop).abs() <= slack).is_some() {
             run.times.push(sim.time());
@@ -248,10 +266,9 @@ fn follow(job: &Job, sim: &mut Simulation, run: &mut Run) -> Result<(), String> 
                 run.samples.entry(name.clone()).or_default().push(sample);
             }
         }
-        for (time, variables) in job.snapshots.iter().filter(|s| (s.0 - stop).abs() <= slack) {
-            let read = |name: &String| Ok((name.clone(), sim.get(name).map_err(|e| e.to_string())?.to_vec()));
-            let variables = variables.iter().map(read).collect::<Result<_, String>>()?;
-            run.snapshots.push(Snapshot { time: *time, variables });
+        for (time, name, read) in job.snapshots.iter().filter(|s| (s.0 - stop).abs() <= slack) {
+            let values = read(sim).map_err(|e| e.to_string())?;
+            run.snapshots.push(Snapshot { time: *time, name: name.clone(), values });
         }
     }
     Ok(())

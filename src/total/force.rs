@@ -31,15 +31,19 @@ pub(crate) struct Trouble {
     pub(crate) why: Why,
 }
 
+/// A vector for each node.
+type Nodal = [[f64; 3]];
+type Summed = Result<(), Trouble>;
+
 /// The sums for a dimension and a width.
 #[derive(Clone, Copy)]
 pub(crate) struct Sweeps {
     /// Adds the internal forces f_i = -sum_p V_p P_p grad N_i \[N\], and carries deformation and history of the particles along.
-    pub(crate) advance: fn(&Task<'_>, &mut Particles, &mut [[f64; 3]]) -> Result<(), Trouble>,
+    pub(crate) advance: fn(&Task<'_>, &mut Particles, &mut Nodal) -> Summed,
     /// Adds the internal forces \[N\].
-    pub(crate) force: fn(&Task<'_>, &Particles, &mut [[f64; 3]]) -> Result<(), Trouble>,
+    pub(crate) force: fn(&Task<'_>, &Particles, &mut Nodal) -> Summed,
     /// Adds this much of minus the derivative of the internal forces by the displacement \[N/m\].
-    pub(crate) stiffness: fn(&Task<'_>, &Particles, f64, &mut Matrix) -> Result<(), Trouble>,
+    pub(crate) stiffness: fn(&Task<'_>, &Particles, f64, &mut Matrix) -> Summed,
     /// The same without a matrix; not where particles of a cell depend on each other.
     pub(crate) linear: Option<Linear>,
 }
@@ -48,9 +52,9 @@ pub(crate) struct Sweeps {
 #[derive(Clone, Copy)]
 pub(crate) struct Linear {
     /// Appends the moduli of the particles, times their volumes \[J\].
-    pub(crate) moduli: fn(&Task<'_>, &Particles, &mut Vec<f64>) -> Result<(), Trouble>,
+    pub(crate) moduli: fn(&Task<'_>, &Particles, &mut Vec<f64>) -> Summed,
     /// Adds the stiffness of these moduli times a nodal field \[N\].
-    pub(crate) times: fn(&Task<'_>, &[f64], &[[f64; 3]], &mut [[f64; 3]]),
+    pub(crate) times: fn(&Task<'_>, &[f64], &Nodal, &mut Nodal),
 }
 
 /// `mean`: with the mean volume ratio of cells.

@@ -66,13 +66,14 @@ impl Total {
                 if scheme.is_conserving() { 0.5 * h * ends } else { h / 6.0 * (ends + 4.0 * velocity(time + 0.5 * h)) };
         }
         let moves = prescribed.iter().flatten().any(|v| *v != 0.0);
-        let mut guess = start.clone();
+        // the unknown is what the step adds: round-off of the displacement of a body that has travelled far would drown its inertia
+        let mut guess = vec![[0.0; 3]; start.len()];
         if scheme.has_inertia() {
             for (u, v) in guess.iter_mut().zip(&state.nodes.velocity) {
-                (0..3).for_each(|a| u[a] += h * v[a]);
+                *u = v.map(|v| h * v);
             }
             for held in &self.held {
-                guess[held.node][held.axis] = start[held.node][held.axis];
+                guess[held.node][held.axis] = 0.0;
             }
         }
         let before = if scheme.has_inertia() || !model.needs.work { Vec::new() } else { self.supports(model, state, time)? };
@@ -80,7 +81,7 @@ impl Total {
         let mut step = Step::new(self, model, state, scheme, h, matrix);
         // a guess too far may invert particles: then from the start
         if step.residual(&guess).is_err() {
-            guess.clone_from(&start);
+            guess.fill([0.0; 3]);
         }
         if moves {
             step.follow(&prescribed, &mut guess)?;
@@ -106,26 +107,26 @@ impl Total {
                 for a in 0..d {
                     let force = load[a] + support[a];
                     let mean = before.get(node).map_or(force, |before: &[f64; 3]| 0.5 * (force + before[a]));
-                    state.external_work += mean * (guess[node][a] - start[node][a]);
+                    state.external_work += mean * guess[node][a];
                 }
             }
         }
         let acceleration = if model.remembers_acceleration { acceleration } else { Vec::new() };
-        state.nodes = Nodes { displacement: guess, velocity, acceleration };
+        let displacement = start.iter().zip(&guess).map(|(start, moved)| std::array::from_fn(|a| start[a] + moved[a])).collect();
+        state.nodes = Nodes { displacement, velocity, acceleration };
         state.time = time + h;
         self.internal.clear();
         self.update(model, state, state.time).map_err(Failure::Trouble)
     }
 
-    /// Velocities and accelerations of the nodes at the end of a step, by their displacement there.
-    fn ends(&self, model: &Model, state: &State, scheme: Scheme, h: f64, end: &Vectors) -> (Vectors, Vectors) {
+    /// Velocities and accelerations of the nodes at the end of a step, by its displacement.
+    fn ends(&self, model: &Model, state: &State, scheme: Scheme, h: f64, moved: &Vectors) -> (Vectors, Vectors) {
         let nodes = &state.nodes;
-        let (mut velocity, mut acceleration) = (vec![[0.0; 3]; end.len()], vec![[0.0; 3]; end.len()]);
-        for (node, end) in end.iter().enumerate() {
+        let (mut velocity, mut acceleration) = (vec![[0.0; 3]; moved.len()], vec![[0.0; 3]; moved.len()]);
+        for (node, moved) in moved.iter().enumerate() {
             for a in 0..model.dimension {
                 let before = nodes.acceleration.get(node).map_or(0.0, |all| all[a]);
-                let moved = end[a] - nodes.displacement[node][a];
-                [velocity[node][a], acceleration[node][a]] = scheme.end(h, moved, nodes.velocity[node][a], before);
+                [velocity[node][a], acceleration[node][a]] = scheme.end(h, moved[a], nodes.velocity[node][a], before);
             }
         }
         for held in &self.held {
@@ -175,9 +176,10 @@ impl<'a> Step<'a> {
         Self { total, model, state, scheme, trial: scheme.trial(length), time: state.time, length, matrix }
     }
 
-    pub(super) fn at(&self, u: &[[f64; 3]], share: f64) -> Vectors {
+    /// Displacement of the nodes after this share of the step.
+    pub(super) fn at(&self, moved: &[[f64; 3]], share: f64) -> Vectors {
         let start = &self.state.nodes.displacement;
-        u.iter().zip(start).map(|(u, s)| std::array::from_fn(|a| s[a] + share * (u[a] - s[a]))).collect()
+        moved.iter().zip(start).map(|(moved, start)| std::array::from_fn(|a| start[a] + share * moved[a])).collect()
     }
 
     /// Carries a guess along with nodes whose displacement is prescribed, by one linear solve.
@@ -196,17 +198,17 @@ impl<'a> Step<'a> {
         Ok(())
     }
 
-    /// Makes the stiffness at a displacement; tells whether it is symmetric.
-    pub(super) fn stiffen(&mut self, u: &[[f64; 3]]) -> Result<bool, StepError> {
+    /// Makes the stiffness after a displacement; tells whether it is symmetric.
+    pub(super) fn stiffen(&mut self, moved: &[[f64; 3]]) -> Result<bool, StepError> {
         self.matrix.clear();
-        let inner = self.at(u, self.trial.inner);
+        let inner = self.at(moved, self.trial.inner);
         let (stiffness, share) = (self.total.sweeps.stiffness, self.trial.inner);
         for part in &self.total.parts {
             let task = self.total.task(self.model, part, &inner, self.scheme.is_conserving());
             let summed = stiffness(&task, &self.state.particles, share, self.matrix);
             summed.map_err(|trouble| self.total.explain(self.model, self.state, self.time, &trouble))?;
         }
-        let outer = self.at(u, self.trial.outer);
+        let outer = self.at(moved, self.trial.outer);
         let time = self.time + self.trial.time * self.length;
         let follows = self.total.load_stiffness(self.model, self.state, time, &outer, self.trial.outer, self.matrix)?;
         let by_moved = self.trial.acceleration[0];
@@ -219,24 +221,26 @@ impl<'a> Step<'a> {
                 });
             }
         }
-        Ok(!follows && !self.scheme.is_conserving())
+        // a law without a stored energy has no symmetric tangent
+        let stores = self.model.bodies.iter().all(|body| body.material.has_potential());
+        Ok(stores && !follows && !self.scheme.is_conserving())
     }
 }
 
 impl Balance for Step<'_> {
     type Trouble = StepError;
 
-    fn residual(&mut self, u: &[[f64; 3]]) -> Result<Residual, StepError> {
-        let n = u.len();
+    fn residual(&mut self, moved: &[[f64; 3]]) -> Result<Residual, StepError> {
+        let n = moved.len();
         let d = self.model.dimension;
         let mut internal = vec![[0.0; 3]; n];
-        let inner = self.at(u, self.trial.inner);
+        let inner = self.at(moved, self.trial.inner);
         for part in &self.total.parts {
             let task = self.total.task(self.model, part, &inner, self.scheme.is_conserving());
             let summed = (self.total.sweeps.force)(&task, &self.state.particles, &mut internal);
             summed.map_err(|trouble| self.total.explain(self.model, self.state, self.time, &trouble))?;
         }
-        let outer = self.at(u, self.trial.outer);
+        let outer = self.at(moved, self.trial.outer);
         let mut loads = vec![[0.0; 3]; n];
         let time = self.time + self.trial.time * self.length;
         self.total.load(self.model, self.state, time, &outer, &mut loads)?;
@@ -249,7 +253,7 @@ impl Balance for Step<'_> {
             let mut acceleration = vec![[0.0; 3]; n];
             for node in 0..n {
                 for a in 0..d {
-                    acceleration[node][a] = by_moved * (u[node][a] - nodes.displacement[node][a])
+                    acceleration[node][a] = by_moved * moved[node][a]
                         + by_velocity * nodes.velocity[node][a]
                         + by_acceleration * nodes.acceleration.get(node).map_or(0.0, |all| all[a]);
                 }
@@ -272,17 +276,17 @@ impl Balance for Step<'_> {
         Ok(Residual { forces, supports, loads, size })
     }
 
-    fn correction(&mut self, u: &[[f64; 3]], forces: &[[f64; 3]]) -> Result<Option<Vectors>, StepError> {
+    fn correction(&mut self, moved: &[[f64; 3]], forces: &[[f64; 3]]) -> Result<Option<Vectors>, StepError> {
         if self.total.iterates(self.model, self.scheme)
-            && let Some(correction) = self.iterate(u, forces)?
+            && let Some(correction) = self.iterate(moved, forces)?
         {
             return Ok(Some(correction));
         }
-        let symmetric = self.stiffen(u)?;
+        let symmetric = self.stiffen(moved)?;
         let Some(factor) = self.matrix.factor(symmetric) else { return Ok(None) };
         let mut x: Vec<f64> = self.matrix.components().map(|(node, a)| forces[node][a]).collect();
         factor.solve(&mut x);
-        let mut correction = vec![[0.0; 3]; u.len()];
+        let mut correction = vec![[0.0; 3]; moved.len()];
         for ((node, a), x) in self.matrix.components().zip(x) {
             correction[node][a] = x;
         }

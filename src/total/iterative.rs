@@ -3,6 +3,7 @@
 use super::Total;
 use super::implicit::Step;
 use super::load::Action;
+use super::mass::bounds;
 use super::precondition::{FastDiagonal, MOST_FUNCTIONS};
 use super::reference::Vectors;
 use crate::component::StepError;
@@ -29,6 +30,7 @@ impl Total {
         let can = self.sweeps.linear.is_some()
             && !self.updated
             && !scheme.is_conserving()
+            && model.bodies.iter().all(|body| body.material.has_potential())
             && !self.actions.iter().any(|action| matches!(action, Action::Follower(_)));
         can && match model.linear_solver {
             Some(solver) => solver == LinearSolver::Iterative,
@@ -76,26 +78,19 @@ impl Total {
         for held in self.held.iter().filter(|h| h.axis == component && nodes.contains(&h.node)) {
             free[held.node - start] = false;
         }
-        let mut ranges: [std::ops::Range<usize>; 3] = std::array::from_fn(|_| usize::MAX..0);
-        for (i, _) in free.iter().enumerate().filter(|(_, free)| **free) {
-            let index = [i / (counts[1] * counts[2]), i / counts[2] % counts[1], i % counts[2]];
-            for a in 0..3 {
-                ranges[a] = ranges[a].start.min(index[a])..ranges[a].end.max(index[a] + 1);
-            }
-        }
-        ranges.map(|range| if range.start < range.end { range } else { 0..0 })
+        bounds(&free, counts)
     }
 }
 
 impl Step<'_> {
-    /// The correction at a displacement; `None` where it is not found so.
-    pub(super) fn iterate(&mut self, u: &[[f64; 3]], forces: &[[f64; 3]]) -> Result<Option<Vectors>, StepError> {
+    /// The correction after a displacement; `None` where it is not found so.
+    pub(super) fn iterate(&mut self, moved: &[[f64; 3]], forces: &[[f64; 3]]) -> Result<Option<Vectors>, StepError> {
         let Some(linear) = self.total.sweeps.linear else { return Ok(None) };
         let (inner, by_moved) = (self.trial.inner, self.trial.acceleration[0]);
         if !self.total.precondition(self.model, [inner, by_moved]) {
             return Ok(None);
         }
-        let at = self.at(u, inner);
+        let at = self.at(moved, inner);
         let mut moduli = Vec::new();
         for part in &self.total.parts {
             let task = self.total.task(self.model, part, &at, false);

@@ -2,6 +2,7 @@
 
 use super::Total;
 use super::explicit::Scheme;
+use super::reference::Vectors;
 use crate::component::StepError;
 use crate::model::Model;
 use crate::state::State;
@@ -36,7 +37,7 @@ impl Total {
             })
             .collect();
         self.held.iter().for_each(|h| vector[h.node][h.axis] = 0.0);
-        let (mut known, mut images): (Vec<Vec<[f64; 3]>>, Vec<Vec<[f64; 3]>>) = (Vec::new(), Vec::new());
+        let (mut known, mut images): (Vec<Vectors>, Vec<Vectors>) = (Vec::new(), Vec::new());
         let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
         for _ in 0..VECTORS.min(n * model.dimension) {
             // orthogonal in the product of the mass matrix, twice for the sake of round-off

@@ -110,8 +110,8 @@ impl Action {
                 return Self::Follower(points.iter().map(of).collect());
             }
             Target::PointForce(anchor) => {
-                let reference = host.bodies[host.grid(anchor.particle)];
-                add(reference, &reference.particle(host.number(anchor.particle)), Vector3::zeros(), 1.0);
+                let (at, arm, _) = host.hang(anchor);
+                add(host.bodies[host.grid(anchor.particle)], &at, arm, 1.0);
             }
         }
         Self::Fixed(fixed.into_iter().collect())

@@ -2,10 +2,12 @@
 
 use crate::interfaces::Bytes;
 use crate::interfaces::standard::{Header, PointCloud2, PointField};
+use crate::parameters::{Mode, Settings};
 use matpoint::Simulation;
 use matpoint::component::ComponentError;
 use matpoint::record::{pressure, von_mises};
 use std::sync::Arc;
+use std::time::Duration;
 
 const FLOAT32: u8 = 7;
 const UINT32: u8 = 6;
@@ -78,11 +80,6 @@ impl Layout {
         self.point_step
     }
 
-    /// Points in a message of at most `bytes` bytes of points; one at least.
-    pub fn points_in(&self, bytes: usize) -> usize {
-        (bytes / self.point_step).max(1)
-    }
-
     /// The cloud of every `stride`-th particle.
     ///
     /// # Errors
@@ -103,16 +100,7 @@ impl Layout {
             }
             at += 4 * column.fields().0.len();
         }
-        Ok(self.message(header, Bytes(Arc::new(data))))
-    }
-
-    /// A cloud in pieces of at most `points` points, in order; they share stamp and frame.
-    pub fn tiles<'a>(&'a self, cloud: &'a PointCloud2, points: usize) -> impl ExactSizeIterator<Item = PointCloud2> + 'a {
-        cloud.data.0.chunks(points * self.point_step).map(|tile| self.message(cloud.header.clone(), Bytes(Arc::new(tile.to_vec()))))
-    }
-
-    fn message(&self, header: Header, data: Bytes) -> PointCloud2 {
-        PointCloud2::row(header, self.fields.clone(), self.point_step, data)
+        Ok(PointCloud2::row(header, self.fields.clone(), self.point_step, Bytes(Arc::new(data))))
     }
 
     fn vectors(&self, data: &mut [u8], at: usize, values: &[f64], dimension: usize, stride: usize) {
@@ -135,14 +123,56 @@ impl Layout {
     }
 }
 
-/// The stride that keeps `particles` to `most` points.
-pub fn stride(particles: usize, most: usize) -> usize {
-    particles.div_ceil(most.max(1)).max(1)
+/// Points of `point_step` bytes in a message of at most `bytes` bytes of them; one at least.
+pub fn points_in(bytes: usize, point_step: usize) -> usize {
+    (bytes / point_step.max(1)).max(1)
+}
+
+/// Every how many-th of `particles` is sent, in points of `point_step` bytes.
+pub fn stride(settings: &Settings, particles: usize, point_step: usize) -> usize {
+    match settings.mode {
+        Mode::Strided => settings.stride.max(particles.div_ceil(points_in(settings.max_bytes, point_step))).max(1),
+        Mode::Whole | Mode::Tiles => 1,
+    }
+}
+
+/// What is said once where particles are left out that nobody asked to leave out.
+pub fn thinned(settings: &Settings, particles: usize, stride: usize) -> Option<String> {
+    (stride > 1 && settings.stride == 0).then(|| {
+        format!(
+            "~/particles has every {stride}th of {particles} particles: receivers with default buffers lose larger clouds; particles.mode \
+             `tiles` or `whole` sends all"
+        )
+    })
+}
+
+/// Points in a tile, of `point_step` bytes each, and the time over which the tiles of a cloud are sent: most of the `period` \[s\] until the
+/// next one. `None` where a cloud is one message.
+pub fn tiling(settings: &Settings, point_step: usize, period: f64) -> Option<(usize, Duration)> {
+    (settings.mode == Mode::Tiles).then(|| (points_in(settings.max_bytes, point_step), Duration::from_secs_f64(0.9 * period)))
+}
+
+/// Every `stride`-th point of a cloud.
+pub fn thin(cloud: PointCloud2, stride: usize) -> PointCloud2 {
+    if stride <= 1 {
+        return cloud;
+    }
+    let step = cloud.point_step as usize;
+    let data = cloud.data.0.chunks_exact(step).step_by(stride).flatten().copied().collect();
+    PointCloud2::row(cloud.header, cloud.fields, step, Bytes(Arc::new(data)))
+}
+
+/// A cloud in pieces of at most `points` points, in order; they share stamp and frame.
+pub fn tiles(cloud: &PointCloud2, points: usize) -> impl ExactSizeIterator<Item = PointCloud2> {
+    let step = cloud.point_step as usize;
+    let piece = move |tile: &[u8]| PointCloud2::row(cloud.header.clone(), cloud.fields.clone(), step, Bytes(Arc::new(tile.to_vec())));
+    cloud.data.0.chunks(points * step).map(piece)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parameters::Parameters;
     use matpoint::scene::Scene;
 
     fn cantilever() -> Simulation {
@@ -182,15 +212,25 @@ mod tests {
     }
 
     #[test]
+    fn a_thinned_cloud_is_the_one_of_that_stride() {
+        let mut sim = cantilever();
+        let layout = Layout::new(&["id".to_owned()]);
+        let mut build = |stride| layout.build(&mut sim, 2, stride, Header::default()).unwrap();
+        let whole = build(1);
+        assert_eq!(thin(whole.clone(), 7), build(7));
+        assert_eq!(thin(whole.clone(), 1), whole);
+    }
+
+    #[test]
     fn tiles_are_the_cloud_cut_in_order() {
         let mut sim = cantilever();
         let layout = Layout::new(&[]);
         let cloud = layout.build(&mut sim, 2, 1, Header { frame_id: "map".into(), ..Default::default() }).unwrap();
-        let tiles: Vec<_> = layout.tiles(&cloud, 500).collect();
-        assert_eq!(tiles.iter().map(|t| t.width).collect::<Vec<_>>(), [500, 500, 152]);
-        let joined: Vec<u8> = tiles.iter().flat_map(|t| t.data.0.iter().copied()).collect();
+        let cut: Vec<_> = tiles(&cloud, 500).collect();
+        assert_eq!(cut.iter().map(|t| t.width).collect::<Vec<_>>(), [500, 500, 152]);
+        let joined: Vec<u8> = cut.iter().flat_map(|t| t.data.0.iter().copied()).collect();
         assert_eq!(joined, *cloud.data.0);
-        assert!(tiles.iter().all(|t| t.header == cloud.header && t.row_step as usize == t.data.0.len()));
+        assert!(cut.iter().all(|t| t.header == cloud.header && t.row_step as usize == t.data.0.len()));
     }
 
     #[test]
@@ -198,6 +238,9 @@ mod tests {
         let pure_shear = [0.0, 2.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         assert!((von_mises(&pure_shear) - 2.0 * 3f64.sqrt()).abs() < 1e-12);
         assert_eq!(pressure(&[3.0, 0.0, 0.0, 0.0, 6.0, 0.0, 0.0, 0.0, 0.0]), -3.0);
-        assert_eq!([stride(5000, 5000), stride(5001, 5000), stride(100_000, 5000), stride(3, 0)], [1, 2, 20, 3]);
+        let settings = Settings { max_bytes: 80_000, ..Parameters::default().settings };
+        assert_eq!([5000, 5001, 100_000].map(|particles| stride(&settings, particles, 16)), [1, 2, 20]);
+        assert_eq!(stride(&Settings { max_bytes: 1, ..settings.clone() }, 3, 16), 3);
+        assert_eq!(stride(&Settings { mode: Mode::Whole, ..settings }, 100_000, 16), 1);
     }
 }

@@ -28,6 +28,13 @@ impl Watch {
         count.load(Relaxed) > 0
     }
 
+    /// What is said when another node has the same `name`.
+    pub fn taken(name: &str) -> String {
+        format!(
+            "another node is named {name} (one that was killed is remembered for up to 50 s); give one of them --ros-args -r __node:=NAME"
+        )
+    }
+
     /// Counts again. `topics` are the DDS names of clock, state, particles and diagnostics.
     fn count(&self, participant: &DomainParticipant, topics: &[String; 4]) {
         let mut counts = [0; 4];

@@ -11,6 +11,7 @@
 //! | `loads`, `cloud`, `state`, `diagnostics` | loads in; particles, state and diagnostics out |
 //! | `recording` | recordings while it runs |
 //! | `publish` | the thread that publishes: the newest wins, no subscriber holds up a step |
+//! | `replay` | a recording instead of a simulation, by the same publishers |
 //! | `services`, `control`, `action` | services of `matpoint_msgs` and of `simulation_interfaces` |
 
 pub mod action;
@@ -30,6 +31,7 @@ pub mod parameter_services;
 pub mod parameters;
 pub mod publish;
 pub mod recording;
+pub mod replay;
 pub mod reply;
 pub mod services;
 pub mod session;

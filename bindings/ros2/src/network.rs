@@ -51,6 +51,11 @@ impl Network {
         Ok(Self { domain, local, ignored })
     }
 
+    /// What is said of variables that are set and have no effect.
+    pub fn warnings(&self) -> impl Iterator<Item = String> {
+        self.ignored.iter().map(|name| format!("{name} has no effect on this node"))
+    }
+
     /// The networks to use: this machine's own, or all.
     pub fn addresses(&self) -> Option<[IpAddr; 1]> {
         self.local.then_some([IpAddr::V4(Ipv4Addr::LOCALHOST)])

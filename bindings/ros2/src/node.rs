@@ -59,11 +59,13 @@ pub struct Quality {
     pub latched: bool,
     /// Messages that a subscriber may leave unanswered before there is no room for more: bounds the memory that a dead one costs.
     pub unanswered: usize,
+    /// How long a message waits for room, where it is reliable; without room after that it is not published.
+    pub patience: Duration,
 }
 
 impl Quality {
     /// Reliable, the default of ROS.
-    pub const RELIABLE: Self = Self { reliable: true, depth: 10, latched: false, unanswered: 256 };
+    pub const RELIABLE: Self = Self { reliable: true, depth: 10, latched: false, unanswered: 256, patience: Duration::ZERO };
 }
 
 /// The node. Parts are dropped in the order in which other nodes must hear of it.
@@ -281,14 +283,13 @@ impl Ros {
     }
 
     fn topic(&self, name: &str, package: &str, message: &str, quality: Quality) -> Result<Topic, NodeError> {
-        let Quality { reliable, depth, latched, unanswered } = quality;
+        let Quality { reliable, depth, latched, unanswered, patience } = quality;
         let limit = i32::try_from(unanswered).unwrap_or(i32::MAX);
         let builder = QosPolicyBuilder::new()
             .durability(if latched { Durability::TransientLocal } else { Durability::Volatile })
             .history(History::KeepLast { depth: i32::try_from(depth).unwrap_or(i32::MAX) })
             .resource_limits(ResourceLimits { max_samples: limit, max_instances: 1, max_samples_per_instance: limit });
-        // Never wait for a subscriber: what has no room is not published.
-        let policies = if reliable { builder.reliable(DdsDuration::ZERO) } else { builder.best_effort() }.build();
+        let policies = if reliable { builder.reliable(DdsDuration::from_std(patience)) } else { builder.best_effort() }.build();
         let kind = MessageTypeName::new(package, message).dds_msg_type();
         let name = format!("rt{}", self.names.resolve(name)?);
         let participant = self.context.domain_participant();

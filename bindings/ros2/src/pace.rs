@@ -53,6 +53,12 @@ impl Pace {
         Some(lag)
     }
 
+    /// What is said when `lost` seconds of wall time were given up.
+    pub fn behind(&self, lost: f64) -> String {
+        let (asked, reached) = (self.factor, self.measured);
+        format!("cannot keep a real-time factor of {asked}: it is {reached:.3} of late; {lost:.2} s of wall time given up")
+    }
+
     /// Real-time factor of late \[-\]; 0 until it is known.
     pub fn measured(&self) -> f64 {
         self.measured

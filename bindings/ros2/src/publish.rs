@@ -1,12 +1,13 @@
-//! Publishing on a thread of its own: the newest of each kind wins, so that no subscriber can hold up a step.
+//! Publishing on a thread of its own: the newest of each kind wins, so that no subscriber can hold up a step. A replay is patient instead:
+//! it waits until each message is out.
 
 use crate::args::Level;
-use crate::cloud::Layout;
+use crate::cloud;
 use crate::interfaces::matpoint::{ComponentState, SceneDescription};
 use crate::interfaces::parameters::ParameterEvent;
 use crate::interfaces::standard::{Clock, DiagnosticArray, PointCloud2};
 use ros2_client::builtin_interfaces::Time;
-use ros2_client::{NodeLoggingHandle, Publisher, RosoutRaw, ros2::LogLevel};
+use ros2_client::{NodeLoggingHandle, Publisher, RosoutRaw, WriteError, ros2::LogLevel};
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -38,8 +39,6 @@ pub struct Publishers {
 pub struct Cloud {
     /// All of it.
     pub message: PointCloud2,
-    /// Its columns.
-    pub layout: Arc<Layout>,
     /// Points in a tile and the time over which the tiles are spread; one message if not given.
     pub tiles: Option<(usize, Duration)>,
 }
@@ -53,6 +52,10 @@ struct Pending {
     events: VecDeque<ParameterEvent>,
     logs: VecDeque<(Level, String)>,
     closed: bool,
+    /// Whoever brings a message waits for the one before it, and that for a subscriber who has no room.
+    patient: bool,
+    /// The thread has something in hand.
+    busy: bool,
 }
 
 impl Pending {
@@ -76,6 +79,8 @@ pub struct Counts {
 struct Shared {
     pending: Mutex<Pending>,
     wake: Condvar,
+    /// The thread has taken what was pending, or nobody is patient any more.
+    taken: Condvar,
     counts: Counts,
 }
 
@@ -99,7 +104,19 @@ impl Outlets {
     /// # Errors
     /// No thread can be had.
     pub fn new(publishers: Publishers, level: Level, name: String) -> std::io::Result<Self> {
-        let shared = Arc::new(Shared::default());
+        Self::with(publishers, level, name, false)
+    }
+
+    /// The same, but every message is published, in order: whoever brings one waits for room, until told not to by [`Hurry`].
+    ///
+    /// # Errors
+    /// No thread can be had.
+    pub fn patient(publishers: Publishers, level: Level, name: String) -> std::io::Result<Self> {
+        Self::with(publishers, level, name, true)
+    }
+
+    fn with(publishers: Publishers, level: Level, name: String, patient: bool) -> std::io::Result<Self> {
+        let shared = Arc::new(Shared { pending: Mutex::new(Pending { patient, ..Default::default() }), ..Default::default() });
         let theirs = shared.clone();
         let thread = std::thread::Builder::new().name("publish".into()).spawn(move || run(&theirs, &publishers))?;
         Ok(Self { shared, thread: Some(thread), level, name })
@@ -115,29 +132,46 @@ impl Outlets {
         self.shared.wake.notify_one();
     }
 
-    fn newest<T>(&self, slot: impl FnOnce(&mut Pending) -> &mut Option<T>, message: T) {
-        self.put(|pending| {
-            if slot(pending).replace(message).is_some() {
-                self.shared.counts.replaced.fetch_add(1, Relaxed);
-            }
-        });
+    /// Whether the message before was replaced.
+    fn newest<T>(&self, slot: impl Fn(&mut Pending) -> &mut Option<T>, message: T) -> bool {
+        let full = |pending: &mut Pending| pending.patient && slot(pending).is_some();
+        let mut pending = self.shared.taken.wait_while(self.shared.lock(), full).unwrap_or_else(PoisonError::into_inner);
+        let replaced = slot(&mut pending).replace(message).is_some();
+        drop(pending);
+        self.shared.wake.notify_one();
+        replaced
+    }
+
+    fn count_replaced(&self, replaced: bool) {
+        self.shared.counts.replaced.fetch_add(u64::from(replaced), Relaxed);
+    }
+
+    /// Waits until all is published, or until told to hurry.
+    pub fn drain(&self) {
+        let working = |pending: &mut Pending| pending.patient && (pending.busy || pending.has_small() || pending.cloud.is_some());
+        drop(self.shared.taken.wait_while(self.shared.lock(), working));
+    }
+
+    /// The way to end patience from another thread.
+    pub fn hurry(&self) -> Hurry {
+        Hurry(self.shared.clone())
     }
 
     /// Publishes the time.
     pub fn clock(&self, clock: Clock) {
-        self.put(|pending| pending.clock = Some(clock));
+        self.newest(|pending| &mut pending.clock, clock);
     }
     /// Publishes a state.
     pub fn state(&self, state: ComponentState) {
-        self.newest(|pending| &mut pending.state, state);
+        self.count_replaced(self.newest(|pending| &mut pending.state, state));
     }
     /// Publishes a cloud.
     pub fn cloud(&self, cloud: Cloud) {
-        self.newest(|pending| &mut pending.cloud, cloud);
+        self.count_replaced(self.newest(|pending| &mut pending.cloud, cloud));
     }
     /// Publishes diagnostics.
     pub fn diagnostics(&self, diagnostics: DiagnosticArray) {
-        self.put(|pending| pending.diagnostics = Some(diagnostics));
+        self.newest(|pending| &mut pending.diagnostics, diagnostics);
     }
     /// Publishes a change of parameters.
     pub fn event(&self, event: ParameterEvent) {
@@ -164,7 +198,7 @@ impl Outlets {
 
     /// Publishes what is left and takes the publishers off the graph.
     pub fn close(&mut self) {
-        self.put(|pending| pending.closed = true);
+        self.put(|pending| (pending.closed, pending.patient) = (true, false));
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
@@ -177,12 +211,24 @@ impl Drop for Outlets {
     }
 }
 
+/// Ends the patience of [`Outlets`]: who waits for room goes on at once, and what has no room is not published.
+pub struct Hurry(Arc<Shared>);
+
+impl Hurry {
+    /// Now.
+    pub fn now(&self) {
+        self.0.lock().patient = false;
+        self.0.taken.notify_all();
+    }
+}
+
 fn run(shared: &Shared, to: &Publishers) {
-    let counts = &shared.counts;
     let mut tiles: VecDeque<PointCloud2> = VecDeque::new();
     let (mut due, mut apart) = (Instant::now(), Duration::ZERO);
     loop {
         let mut pending = shared.lock();
+        pending.busy = !tiles.is_empty();
+        shared.taken.notify_all();
         // A cloud waits until the tiles of the one before it are out: every cloud that is begun is whole.
         while !(pending.has_small() || pending.closed || tiles.is_empty() && pending.cloud.is_some()) {
             if tiles.is_empty() {
@@ -205,29 +251,31 @@ fn run(shared: &Shared, to: &Publishers) {
             logs: std::mem::take(&mut pending.logs),
             ..Default::default()
         };
+        pending.busy = true;
         drop(pending);
+        shared.taken.notify_all();
 
         // The time first: whoever gets a state at some time has the clock at that time.
-        work.clock.into_iter().for_each(|m| send(&to.clock, m, counts));
-        work.state.into_iter().for_each(|m| send(&to.state, m, counts));
-        work.diagnostics.into_iter().for_each(|m| send(&to.diagnostics, m, counts));
-        work.events.into_iter().for_each(|m| send(&to.parameter_events, m, counts));
+        work.clock.into_iter().for_each(|m| send(&to.clock, m, shared));
+        work.state.into_iter().for_each(|m| send(&to.state, m, shared));
+        work.diagnostics.into_iter().for_each(|m| send(&to.diagnostics, m, shared));
+        work.events.into_iter().for_each(|m| send(&to.parameter_events, m, shared));
         for (level, text) in work.logs {
             to.log.rosout_raw(Time::now(), log_level(level), to.log.base_name(), &text, "", "", 0);
         }
         match cloud {
-            Some(Cloud { message, layout, tiles: Some((points, period)) }) => {
-                let cut = layout.tiles(&message, points);
+            Some(Cloud { message, tiles: Some((points, period)) }) => {
+                let cut = cloud::tiles(&message, points);
                 (due, apart) = (Instant::now(), period / cut.len().max(1) as u32);
                 tiles.extend(cut);
             }
-            Some(Cloud { message, .. }) => send(&to.particles, message, counts),
+            Some(Cloud { message, .. }) => send(&to.particles, message, shared),
             None => {}
         }
         if due <= Instant::now()
             && let Some(tile) = tiles.pop_front()
         {
-            send(&to.particles, tile, counts);
+            send(&to.particles, tile, shared);
             // A thread that was late catches up at twice the rate: a burst is what receivers lose.
             due = (due + apart).max(Instant::now() + apart / 2);
         }
@@ -237,8 +285,14 @@ fn run(shared: &Shared, to: &Publishers) {
     }
 }
 
-fn send<M: serde::Serialize>(publisher: &Publisher<M>, message: M, counts: &Counts) {
-    let count = if publisher.publish(message).is_ok() { &counts.published } else { &counts.no_room };
+fn send<M: serde::Serialize>(publisher: &Publisher<M>, mut message: M, shared: &Shared) {
+    let outcome = loop {
+        match publisher.publish(message) {
+            Err(WriteError::WouldBlock { data }) if shared.lock().patient => message = data,
+            outcome => break outcome,
+        }
+    };
+    let count = if outcome.is_ok() { &shared.counts.published } else { &shared.counts.no_room };
     count.fetch_add(1, Relaxed);
 }
 

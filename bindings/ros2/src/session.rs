@@ -8,7 +8,7 @@ use crate::inbox::Request;
 use crate::interfaces::standard::{Clock, Header, Time};
 use crate::loads::{Command, Load, Loads, Refusal};
 use crate::pace::{Pace, Ticker};
-use crate::parameters::{Mode, Parameters, Settings};
+use crate::parameters::{Parameters, Settings};
 use crate::publish::{Cloud, Outlets};
 use crate::state::Watched;
 use matpoint::Simulation;
@@ -79,7 +79,7 @@ pub struct Session {
     stood: bool,
     pace: Pace,
     tickers: [Ticker; 2],
-    layout: Arc<Layout>,
+    layout: Layout,
     watched: Watched,
     /// Load commands that wait for their step, in lock-step.
     triggered: u64,
@@ -96,7 +96,7 @@ impl Session {
             running: if settings.paused { Running::Paused } else { Running::Playing },
             loads: Loads::new(Load::all(&description.variables)),
             watched: Watched::new(&description.variables),
-            layout: Arc::new(Layout::new(&settings.fields)),
+            layout: Layout::new(&settings.fields),
             pace: Pace::new(settings.real_time_factor, Instant::now(), sim.time()),
             tickers: Default::default(),
             stepping: None,
@@ -206,9 +206,7 @@ impl Session {
 
     fn behind(&self, lost: f64) {
         if self.tally.behind.now() {
-            let (asked, reached) = (self.settings().real_time_factor, self.pace.measured());
-            let text = format!("cannot keep a real-time factor of {asked}: it is {reached:.3} of late; {lost:.2} s of wall time given up");
-            self.outlets.log(Level::Warn, text);
+            self.outlets.log(Level::Warn, self.pace.behind(lost));
         }
     }
 
@@ -248,7 +246,7 @@ impl Session {
     pub fn resume(&mut self) {
         self.pace.restart(self.settings().real_time_factor, Instant::now(), self.sim.time());
         self.triggered = 0;
-        self.layout = Arc::new(Layout::new(&self.settings().fields));
+        self.layout = Layout::new(&self.settings().fields);
     }
 
     /// Takes a load command that came on `topic`; in lock-step it brings a step with it.
@@ -329,39 +327,28 @@ impl Session {
     fn publish_cloud(&mut self) -> Result<(), ComponentError> {
         let (particles, dimension) = (self.description.particles, self.description.dimension);
         let settings = &self.parameters.settings;
-        let stride = match settings.mode {
-            Mode::Strided => settings.stride.max(cloud::stride(particles, self.layout.points_in(settings.max_bytes))),
-            Mode::Whole | Mode::Tiles => 1,
-        };
-        if stride > 1 && settings.stride == 0 && !self.thinned {
+        let stride = cloud::stride(settings, particles, self.layout.point_step());
+        if !self.thinned
+            && let Some(text) = cloud::thinned(settings, particles, stride)
+        {
             self.thinned = true;
-            let text = format!(
-                "~/particles has every {stride}th of {particles} particles: receivers with default buffers lose larger clouds; \
-                 particles.mode `tiles` or `whole` sends all"
-            );
             self.outlets.log(Level::Warn, text);
         }
-        // Tiles are spread over most of the time until the next cloud.
         let period = match (settings.particles_rate, settings.real_time_factor) {
             (rate, _) if rate > 0.0 => 1.0 / rate,
             (_, factor) if factor > 0.0 => settings.step / factor,
             _ => 1.0 / 60.0,
         };
-        let tiles =
-            (settings.mode == Mode::Tiles).then(|| (self.layout.points_in(settings.max_bytes), Duration::from_secs_f64(0.9 * period)));
+        let tiles = cloud::tiling(settings, self.layout.point_step(), period);
         let header = self.header();
         let message = self.layout.build(&mut self.sim, dimension, stride, header)?;
-        self.outlets.cloud(Cloud { message, layout: self.layout.clone(), tiles });
+        self.outlets.cloud(Cloud { message, tiles });
         Ok(())
     }
 
     fn beat(&mut self) {
         if self.tally.same_name.once(self.watch.same_name.load(Relaxed)) {
-            let text = format!(
-                "another node is named {} (one that was killed is remembered for up to 50 s); give one of them --ros-args -r __node:=NAME",
-                self.name
-            );
-            self.outlets.log(Level::Warn, text);
+            self.outlets.log(Level::Warn, Watch::taken(&self.name));
         }
         self.tally.say(&self.outlets);
         // In lock-step time does not stand still because a step waits for its command just now.

@@ -16,6 +16,10 @@ use crate::{action, cloud, control, parameter_services, recording, services};
 use matpoint::Simulation;
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
+use std::time::Duration;
+
+/// How long a patient publisher waits for room before it asks whether it still should.
+const TRY: Duration = Duration::from_millis(100);
 
 /// The node cannot start.
 #[derive(Debug, thiserror::Error)]
@@ -52,20 +56,14 @@ pub struct Started {
 /// Arguments, parameters or variables that make no sense; DDS refuses.
 pub fn start(sim: Simulation, args: &RosArgs) -> Result<Started, StartError> {
     let names = Names::new("/", "matpoint", args.remaps.clone())?;
-    let mut parameters = Parameters::default();
-    for change in args.overrides(&names)? {
-        match parameters.set(vec![(change.name, change.value)], true) {
-            // A wildcard gives all nodes the parameters of any.
-            Err(ParameterError::Unknown { .. }) if !change.exact => {}
-            other => other?,
-        }
-    }
+    let parameters = parameters(args, &names)?;
     let network = Network::read(|name| std::env::var(name).ok())?;
     let (inbox, requests) = inbox();
     let mut ros = Ros::open(names.clone(), &network, inbox.clone())?;
     let description = sim.describe();
     let (settings, tally) = (parameters.settings.clone(), Arc::<Tally>::default());
-    let publishers = publishers(&mut ros, &settings, description.particles)?;
+    let point_step = cloud::Layout::new(&crate::parameters::FIELDS.map(str::to_owned)).point_step();
+    let publishers = publishers(&mut ros, &settings, description.particles, point_step, false)?;
     let scene = SceneDescription::new(&description, env!("CARGO_PKG_VERSION"), &settings.frame_id);
     publishers.scene.publish(scene).map_err(NodeError::dds("~/scene"))?;
     let outlets = Outlets::new(publishers, args.level, names.node().to_owned()).map_err(NodeError::Thread)?;
@@ -78,9 +76,7 @@ pub fn start(sim: Simulation, args: &RosArgs) -> Result<Started, StartError> {
     action::serve(&mut ros)?;
     ros.follow()?;
     let session = Session::new(sim, parameters, outlets, ros.watch.clone(), tally, names.full());
-    for name in &network.ignored {
-        session.outlets.log(crate::args::Level::Warn, format!("{name} has no effect on this node"));
-    }
+    network.warnings().for_each(|text| session.outlets.log(crate::args::Level::Warn, text));
     let receiving = ros.start()?;
     Ok(Started { session, requests, inbox, ros, receiving })
 }
@@ -100,24 +96,46 @@ impl Started {
     }
 }
 
-fn publishers(ros: &mut Ros, settings: &Settings, particles: usize) -> Result<Publishers, NodeError> {
-    let all = cloud::Layout::new(&crate::parameters::FIELDS.map(str::to_owned));
+/// The parameters that a node of these names is given.
+///
+/// # Errors
+/// A file that cannot be read; a parameter that there is not, or cannot have the value.
+pub fn parameters(args: &RosArgs, names: &Names) -> Result<Parameters, StartError> {
+    let mut parameters = Parameters::default();
+    for change in args.overrides(names)? {
+        match parameters.set(vec![(change.name, change.value)], true) {
+            // A wildcard gives all nodes the parameters of any.
+            Err(ParameterError::Unknown { .. }) if !change.exact => {}
+            other => other?,
+        }
+    }
+    Ok(parameters)
+}
+
+/// The publishers of a node, for clouds of at most `particles` points of `point_step` bytes. Those of a `patient` one wait for room.
+///
+/// # Errors
+/// A remap to what is no name; DDS refuses.
+pub fn publishers(ros: &mut Ros, settings: &Settings, particles: usize, point_step: usize, patient: bool) -> Result<Publishers, NodeError> {
     let most = match settings.mode {
-        Mode::Whole => particles * all.point_step(),
+        Mode::Whole => particles * point_step,
         Mode::Strided | Mode::Tiles => settings.max_bytes,
     };
+    // Answers come each 0.1 s. Who goes as fast as he may sends so many at once, and a receiver with default buffers loses what is more.
+    let at_once = if patient && settings.real_time_factor == 0.0 { 8 } else { 256 };
     // A reliable subscriber that does not answer costs at most this much memory.
-    let unanswered = ((32 << 20) / most.max(1)).clamp(8, 256);
-    let tiles = if settings.mode == Mode::Tiles { (particles * all.point_step()).div_ceil(settings.max_bytes) } else { 1 };
-    let cloud = Quality { reliable: settings.particles_reliable, depth: 5 * tiles, latched: false, unanswered: unanswered.max(5 * tiles) };
-    let state = Quality { reliable: settings.state_reliable, ..Quality::RELIABLE };
-    let latched = Quality { latched: true, depth: 1, ..Quality::RELIABLE };
+    let unanswered = ((32 << 20) / most.max(1)).clamp(8, at_once);
+    let tiles = if settings.mode == Mode::Tiles { (particles * point_step).div_ceil(settings.max_bytes) } else { 1 };
+    let quality = Quality { patience: if patient { TRY } else { Duration::ZERO }, ..Quality::RELIABLE };
+    let cloud = Quality { reliable: settings.particles_reliable, depth: 5 * tiles, unanswered: unanswered.max(5 * tiles), ..quality };
+    let state = Quality { reliable: settings.state_reliable, ..quality };
+    let latched = Quality { latched: true, depth: 1, ..quality };
     Ok(Publishers {
-        clock: ros.publisher("/clock", "rosgraph_msgs", "Clock", Quality::RELIABLE)?,
+        clock: ros.publisher("/clock", "rosgraph_msgs", "Clock", quality)?,
         state: ros.publisher("~/state", "matpoint_msgs", "ComponentState", state)?,
         particles: ros.publisher("~/particles", "sensor_msgs", "PointCloud2", cloud)?,
-        diagnostics: ros.publisher("/diagnostics", "diagnostic_msgs", "DiagnosticArray", Quality::RELIABLE)?,
-        parameter_events: ros.publisher("/parameter_events", "rcl_interfaces", "ParameterEvent", Quality::RELIABLE)?,
+        diagnostics: ros.publisher("/diagnostics", "diagnostic_msgs", "DiagnosticArray", quality)?,
+        parameter_events: ros.publisher("/parameter_events", "rcl_interfaces", "ParameterEvent", quality)?,
         scene: ros.publisher("~/scene", "matpoint_msgs", "SceneDescription", latched)?,
         log: ros.logger(),
     })

@@ -46,6 +46,10 @@ impl Layout {
         layout
     }
 
+    pub(super) fn point_step(&self) -> usize {
+        self.step
+    }
+
     pub(super) fn cloud(&self, header: Header, frame: &Frame) -> PointCloud2 {
         let points = frame.values.first().map_or(0, |v| v.len() / self.dimension);
         let mut data = vec![0; points * self.step];

@@ -2,18 +2,19 @@
 
 mod latch;
 mod layout;
+mod messages;
 mod read;
 
+pub use messages::Messages;
 pub(super) use read::{McapReader, repair};
 
 use super::background::Writer;
-use super::data::{About, Event, Frame, Item, Level, Row, Snapshot};
+use super::data::{About, Event, Frame, Item, Row, Snapshot};
 use super::{RecordError, options};
-use crate::messages::*;
+use crate::messages::{Clock, Time};
 use ::mcap::records::{MessageHeader, Metadata};
 use ::mcap::{Attachment, Compression, WriteOptions};
 use latch::{Failure, Latch};
-use layout::Layout;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -56,12 +57,11 @@ pub(crate) struct McapWriter {
 }
 
 struct Open {
-    about: Arc<About>,
     out: ::mcap::Writer<Latch>,
     failure: Failure,
     channels: [u16; 6],
     sequence: [u32; 6],
-    layout: Layout,
+    messages: Messages,
     buffer: Vec<u8>,
 }
 
@@ -152,9 +152,9 @@ impl Open {
         out.write_metadata(&Metadata { name: METADATA.into(), metadata })?;
         let scene = Cow::Owned(about.scene.to_toml().into_bytes());
         out.attach(&Attachment { log_time: 0, create_time: 0, name: SCENE.into(), media_type: "application/toml".into(), data: scene })?;
-        let layout = Layout::new(&about);
-        let mut open = Self { about, out, failure, channels, sequence: [0; 6], layout, buffer: Vec::new() };
-        let scene = SceneDescription::new(&open.about.description, &open.about.version, &open.about.ros.frame);
+        let messages = Messages::new(about);
+        let scene = messages.scene();
+        let mut open = Self { out, failure, channels, sequence: [0; 6], messages, buffer: Vec::new() };
         open.put(Topic::Scene, 0, &scene)?;
         // What is in the file at once: who it is of.
         open.out.flush()?;
@@ -174,34 +174,21 @@ impl Open {
     }
 
     fn frame(&mut self, frame: &Frame) -> ::mcap::McapResult<()> {
-        let time = nanos(frame.time);
-        let cloud = self.layout.cloud(header(&self.about, time), frame);
-        self.put(Topic::Particles, time, &cloud)
+        let cloud = self.messages.cloud(frame);
+        self.put(Topic::Particles, nanos(frame.time), &cloud)
     }
 
     fn row(&mut self, row: &Row) -> ::mcap::McapResult<()> {
         let time = nanos(row.time);
         self.put(Topic::Clock, time, &Clock { clock: Time::from_nanos(time) })?;
-        let (state, diagnostics) = (state(&self.about, row), diagnostics(&self.about, row));
+        let (state, diagnostics) = (self.messages.state(row), self.messages.diagnostics(row));
         self.put(Topic::State, time, &state)?;
         self.put(Topic::Diagnostics, time, &diagnostics)
     }
 
     fn event(&mut self, event: &Event) -> ::mcap::McapResult<()> {
-        let time = nanos(event.time);
-        let level = match event.level {
-            Level::Info => 20,
-            Level::Warning => 30,
-            Level::Error => 40,
-        };
-        let log = Log {
-            stamp: Time::from_nanos(time),
-            level,
-            name: self.about.ros.node.trim_start_matches('/').replace('/', "."),
-            msg: event.text.clone(),
-            ..Default::default()
-        };
-        self.put(Topic::Log, time, &log)
+        let log = self.messages.log(event);
+        self.put(Topic::Log, nanos(event.time), &log)
     }
 
     fn snapshot(&mut self, snapshot: &Snapshot) -> ::mcap::McapResult<()> {
@@ -214,83 +201,4 @@ impl Open {
             data: Cow::Borrowed(&snapshot.bytes),
         })
     }
-}
-
-fn header(about: &About, time: u64) -> Header {
-    Header { stamp: Time::from_nanos(time), frame_id: about.ros.frame.clone() }
-}
-
-/// What a state message says of a series; the other series go to the diagnostics.
-enum Said<'a> {
-    Energy(usize),
-    Momentum,
-    RealTimeFactor,
-    /// Name of the probe, number of the quantity.
-    Probe(&'a str, usize),
-    Reaction(&'a str),
-}
-
-const ENERGIES: [&str; 4] = ["kinetic", "strain", "external", "total"];
-const PROBED: [&str; 4] = ["position", "displacement", "velocity", "stress"];
-
-fn said(variable: &str) -> Option<Said<'_>> {
-    let (kind, rest) = variable.split_once('/')?;
-    match kind {
-        "energy" => ENERGIES.iter().position(|&e| e == rest).map(Said::Energy),
-        "momentum" if rest == "linear" => Some(Said::Momentum),
-        "pace" if rest == "real_time_factor" => Some(Said::RealTimeFactor),
-        "probe" => {
-            let (name, quantity) = rest.rsplit_once('/')?;
-            PROBED.iter().position(|&q| q == quantity).map(|q| Said::Probe(name, q))
-        }
-        "boundary" => rest.strip_suffix("/reaction").map(Said::Reaction),
-        _ => None,
-    }
-}
-
-fn state(about: &About, row: &Row) -> ComponentState {
-    let mut state = ComponentState { header: header(about, nanos(row.time)), steps: row.count, substeps: row.step, ..Default::default() };
-    for (series, values) in about.series.iter().zip(&row.values) {
-        match said(&series.variable) {
-            Some(Said::Energy(0)) => state.kinetic_energy = values[0],
-            Some(Said::Energy(1)) => state.strain_energy = values[0],
-            Some(Said::Energy(2)) => state.external_work = values[0],
-            Some(Said::Energy(_)) => state.total_energy = values[0],
-            Some(Said::Momentum) => state.momentum = Vector3::from_slice(values),
-            Some(Said::RealTimeFactor) => state.real_time_factor = values[0],
-            Some(Said::Probe(name, quantity)) => {
-                if state.probes.last().is_none_or(|p| p.name != name) {
-                    state.probes.push(Probe { name: name.into(), ..Default::default() });
-                }
-                if let Some(probe) = state.probes.last_mut() {
-                    match quantity {
-                        0 => probe.position = Point::from_slice(values),
-                        1 => probe.displacement = Vector3::from_slice(values),
-                        2 => probe.velocity = Vector3::from_slice(values),
-                        _ => probe.stress.copy_from_slice(values),
-                    }
-                }
-            }
-            Some(Said::Reaction(name)) => state.reactions.push(Reaction { name: name.into(), force: Vector3::from_slice(values) }),
-            None => {}
-        }
-    }
-    for (input, values) in about.inputs.iter().zip(&row.values[about.series.len()..]) {
-        let name = input.name.trim_start_matches("load/");
-        let (name, kind) = name.rsplit_once('/').unwrap_or((name, ""));
-        state.loads.push(LoadState { name: name.into(), kind: kind.into(), value: values.clone(), timed_out: false });
-    }
-    state
-}
-
-/// What a state message has no field for: errors, angular momentum, step size and so on. As text, which reads back as the same number.
-fn diagnostics(about: &About, row: &Row) -> DiagnosticArray {
-    let rest = about.series.iter().zip(&row.values).filter(|(series, _)| said(&series.variable).is_none());
-    let values = rest.map(|(series, values)| KeyValue {
-        key: if series.unit.is_empty() { series.variable.clone() } else { format!("{} [{}]", series.variable, series.unit) },
-        value: values.iter().map(|v| format!("{v:?}")).collect::<Vec<_>>().join(" "),
-    });
-    let status =
-        DiagnosticStatus { name: "matpoint: history".into(), message: "recording".into(), values: values.collect(), ..Default::default() };
-    DiagnosticArray { header: header(about, nanos(row.time)), status: vec![status] }
 }

@@ -121,14 +121,8 @@ impl Iterator for RrdReader {
         if self.next.is_none() {
             self.next = self.frames.next();
         }
-        let time = |item: &Item| match item {
-            Item::Frame(frame) => frame.time,
-            Item::Row(row) => row.time,
-            Item::Event(event) => event.time,
-            Item::Snapshot(snapshot) => snapshot.time,
-        };
         let first = match (&self.next, self.others.front()) {
-            (Some(frame), Some(other)) => time(other) <= frame.time,
+            (Some(frame), Some(other)) => other.time() <= frame.time,
             (None, _) => true,
             (Some(_), None) => false,
         };
@@ -224,13 +218,7 @@ fn others(path: &Path, about: &About) -> Result<VecDeque<Item>, RecordError> {
         .enumerate()
         .map(|(count, ((nanos, step), values))| Item::Row(Row { time: nanos as f64 / 1e9, step, count: count as u64, values }));
     let mut all: Vec<Item> = rows.chain(rest).collect();
-    let time = |item: &Item| match item {
-        Item::Frame(frame) => frame.time,
-        Item::Row(row) => row.time,
-        Item::Event(event) => event.time,
-        Item::Snapshot(snapshot) => snapshot.time,
-    };
-    all.sort_by(|a, b| time(a).total_cmp(&time(b)));
+    all.sort_by(|a, b| a.time().total_cmp(&b.time()));
     Ok(all.into())
 }
 

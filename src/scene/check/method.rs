@@ -83,9 +83,11 @@ impl Check<'_> {
             self.require(integrator.is_implicit(), "method.newton_iterations", || "is for implicit integrators only; leave it out".into());
             self.require((1..=1000).contains(&iterations), "method.newton_iterations", || format!("is {iterations}; must be 1 to 1000"));
         }
-        let boxes = total && !method.mean_dilatation && integrator != Integrator::EnergyMomentum && integrator.is_implicit();
-        self.require(boxes || method.linear_solver != Some(LinearSolver::Iterative), "method.linear_solver", || {
-            "is \"iterative\", which is for implicit steps of formulation = \"total\", without mean_dilatation and energy_momentum; take direct".into()
+        let symmetric = integrator != Integrator::EnergyMomentum && self.scene.material.values().all(|m| m.law != Law::HypoElastic);
+        let iterates = total && integrator.is_implicit() && !method.mean_dilatation && symmetric;
+        self.require(iterates || method.linear_solver != Some(LinearSolver::Iterative), "method.linear_solver", || {
+            "is \"iterative\", which is for implicit steps of formulation = \"total\", without mean_dilatation, energy_momentum and hypo_elastic; \
+             take direct".into()
         });
         self.require(integrator.is_implicit() || method.linear_solver.is_none(), "method.linear_solver", || {
             "is for implicit integrators only; leave it out".into()

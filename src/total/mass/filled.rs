@@ -189,18 +189,9 @@ impl FilledMass {
 
 impl Free {
     fn new(held: Vec<bool>, counts: [usize; 3], bands: &[Option<Band>; 3]) -> Self {
-        let mut ranges: [std::ops::Range<usize>; 3] = std::array::from_fn(|_| usize::MAX..0);
-        let mut number = 0;
-        for (i, _) in held.iter().enumerate().filter(|(_, held)| !**held) {
-            number += 1;
-            let index = [i / (counts[1] * counts[2]), i / counts[2] % counts[1], i % counts[2]];
-            for a in 0..3 {
-                ranges[a] = ranges[a].start.min(index[a])..ranges[a].end.max(index[a] + 1);
-            }
-        }
-        if number == 0 {
-            ranges = std::array::from_fn(|_| 0..0);
-        }
+        let free: Vec<bool> = held.iter().map(|held| !held).collect();
+        let ranges = super::bounds(&free, counts);
+        let number = free.iter().filter(|free| **free).count();
         let whole = number == ranges.iter().map(ExactSizeIterator::len).product::<usize>();
         let factors = std::array::from_fn(|a| bands[a].as_ref().map(|band| band.part(&ranges[a]).factor()));
         Self { held, ranges, factors, whole }

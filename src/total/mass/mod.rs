@@ -9,14 +9,28 @@ use crate::model::Model;
 pub(super) use filled::Band;
 use filled::FilledMass;
 use sparse::SparseMass;
+use std::ops::Range;
+
+/// The smallest box of nodes that holds all that are free; empty where none is.
+pub(super) fn bounds(free: &[bool], counts: [usize; 3]) -> [Range<usize>; 3] {
+    let (mut low, mut high) = ([usize::MAX; 3], [0; 3]);
+    for (i, _) in free.iter().enumerate().filter(|(_, free)| **free) {
+        let index = [i / (counts[1] * counts[2]), i / counts[2] % counts[1], i % counts[2]];
+        for a in 0..3 {
+            (low[a], high[a]) = (low[a].min(index[a]), high[a].max(index[a] + 1));
+        }
+    }
+    std::array::from_fn(|a| low[a].min(high[a])..high[a])
+}
 
 /// How the masses of a body are inverted.
 pub(super) enum Mass {
     /// Of each node \[kg\].
     Lumped(Vec<f64>),
-    Filled(FilledMass),
+    /// Of a box.
+    Filled(Box<FilledMass>),
     /// Of a body that is no box.
-    Sparse(SparseMass),
+    Sparse(Box<SparseMass>),
 }
 
 impl Mass {
@@ -32,8 +46,8 @@ impl Mass {
         let mut fixed: [Vec<bool>; 3] = std::array::from_fn(|_| vec![false; reference.len()]);
         held.iter().for_each(|h| fixed[h.axis][h.node - reference.start] = true);
         match filled {
-            Some(body) => Self::Filled(FilledMass::new(body.density, &body.axes, reference.counts, fixed)),
-            None => Self::Sparse(SparseMass::new(reference, masses, &fixed, model.dimension)),
+            Some(body) => Self::Filled(Box::new(FilledMass::new(body.density, &body.axes, reference.counts, fixed))),
+            None => Self::Sparse(Box::new(SparseMass::new(reference, masses, &fixed, model.dimension))),
         }
     }
 

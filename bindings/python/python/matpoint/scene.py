@@ -243,7 +243,7 @@ class LoadPressure(TypedDict, total=False):
 
 
 class LoadPointForce(TypedDict, total=False):
-    """Force on the particle nearest to a point."""
+    """Force on the particle nearest to a point; in the total formulation at the point itself."""
 
     point_force: Required["PointForce"]
 
@@ -305,7 +305,7 @@ class Pressure(TypedDict, total=False):
 
 
 class PointForce(TypedDict, total=False):
-    """Force on the particle nearest to a point."""
+    """Force on the particle nearest to a point; in the total formulation at the point itself."""
 
     body: Required[str]
     """Name of the body."""

@@ -2,8 +2,7 @@
 
 use super::{ALL, BSPLINE, CONSISTENT, CUBIC, Element, GIMP, LAGRANGE, LINEAR, LUMPED, PAPER, SERENDIPITY};
 use super::{chart, drift, each, energies, largest, negative_mass, percent, small, table};
-use crate::study::papers::Effort;
-use crate::study::{Axis, Cell, Chart, Figure, Finding, Job, Panel, Run, Runs, Section, Series, Style, Table};
+use crate::study::{Axis, Cell, Chart, Effort, Figure, Finding, Job, Panel, Run, Runs, Section, Series, Style, Table};
 use std::f64::consts::PI;
 
 /// First period of the free plane-strain rectangle \[s\], by a Ritz expansion in Legendre polynomials.

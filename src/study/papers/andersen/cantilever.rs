@@ -2,8 +2,7 @@
 
 use super::{ALL, BSPLINE, CONSISTENT, CUBIC, Element, LAGRANGE, LINEAR, LUMPED, PAPER, SERENDIPITY};
 use super::{chart, cloud, each, energies, percent, places, rms, stress_xx, table, view};
-use crate::study::papers::Effort;
-use crate::study::{Axis, Cell, Chart, Cloud, Figure, Finding, Job, Panel, Run, Runs, Section, Series, Style, Table, View};
+use crate::study::{Axis, Cell, Chart, Cloud, Effort, Figure, Finding, Job, Panel, Run, Runs, Section, Series, Style, Table, View};
 
 /// End of the runs, and of the growth of the force \[s\].
 const END: f64 = 20.0;

@@ -3,8 +3,7 @@
 use super::impact_findings::findings;
 use super::{BSPLINE, CUBIC, Element, LAGRANGE, LINEAR, PAPER, SERENDIPITY};
 use super::{chart, cloud, drift, energies, view};
-use crate::study::papers::Effort;
-use crate::study::{Axis, Cell, Chart, Cloud, Figure, Job, Panel, Run, Runs, Section, Series, Style, Table, View, value};
+use crate::study::{Axis, Cell, Chart, Cloud, Effort, Figure, Job, Panel, Run, Runs, Section, Series, Style, Table, View, value};
 
 /// End of the runs \[s\].
 pub(super) const END: f64 = 3.0;

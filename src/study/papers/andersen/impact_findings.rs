@@ -5,8 +5,7 @@ use super::impact::{
     refined, refined_case, shared,
 };
 use super::{BSPLINE, CUBIC, Element, LAGRANGE, LINEAR, SERENDIPITY, each, negative_mass, percent};
-use crate::study::papers::Effort;
-use crate::study::{Finding, Run, Runs};
+use crate::study::{Effort, Finding, Run, Runs};
 
 /// How far the box falls back after its lowest place \[m\].
 fn fallen_back(run: &Run) -> Option<f64> {

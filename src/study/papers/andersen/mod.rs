@@ -9,10 +9,9 @@ mod impact;
 mod impact_findings;
 mod rigid;
 
-use super::tools::{chart, largest, percent, rms};
-use super::{Effort, Problem};
 use crate::study::runner::End;
-use crate::study::{Cloud, Drawing, Figure, Job, Run, Runs, Section, View, value};
+use crate::study::tools::{chart, cloud, largest, percent, places, rms, small, stress_xx, table, view};
+use crate::study::{Effort, Job, Problem, Run, Runs, Section, value};
 
 /// An element of the paper, or a basis of ours beside them.
 #[derive(PartialEq)]
@@ -62,36 +61,11 @@ fn energies(job: Job) -> Job {
         .fold(job, |job, name| job.watch(name, value(format!("energy/{name}"), 0)))
 }
 
-/// Rows of a CSV of `N` columns; its header is no row.
-fn table<const N: usize>(text: &str) -> Vec<[f64; N]> {
-    text.lines().filter_map(|line| line.split(',').map_while(|v| v.trim().parse().ok()).collect::<Vec<f64>>().try_into().ok()).collect()
-}
-
-/// Positions of particles in the plane.
-fn places(values: &[f64]) -> Vec<[f64; 2]> {
-    values.chunks_exact(2).map(|v| [v[0], v[1]]).collect()
-}
-
-/// Component xx of each stress.
-fn stress_xx(values: &[f64]) -> Vec<f64> {
-    values.iter().step_by(9).copied().collect()
-}
-
 /// Largest change of the total energy, over that at time 0.
 fn drift(run: &Run) -> Option<f64> {
     let total = run.samples("total");
     let first = *total.first()?;
     Some(largest(total.iter().map(|e| e / first - 1.0)))
-}
-
-/// A figure of particles.
-fn cloud(name: &str, caption: &str, cloud: Cloud) -> Figure {
-    Figure { name: name.into(), caption: caption.into(), drawing: Drawing::Cloud(cloud) }
-}
-
-/// Particles at a time \[s\] with a value each.
-fn view(title: impl Into<String>, run: &Run, time: f64, values: impl FnOnce(&Run) -> Option<Vec<f64>>) -> Option<View> {
-    Some(View { title: title.into(), points: places(run.at(time, "particle/position")?), values: values(run)? })
 }
 
 /// `4-node 1.6 %, cubic splines 4.28 %`: a number of each element that has one.
@@ -105,9 +79,4 @@ fn negative_mass(run: &Run) -> Option<f64> {
     let End::Failed(reason) = &run.end else { return None };
     let time = reason.strip_prefix("at t = ")?.split(' ').next()?;
     time.parse().ok().filter(|_| reason.contains("negative"))
-}
-
-/// Two digits in powers of ten.
-fn small(value: f64) -> String {
-    format!("{value:.1e}")
 }

@@ -1,8 +1,7 @@
 //! Appendix: are negative nodal masses consistent in a rigid motion?
 
 use super::{ALL, Element, LINEAR, PAPER, SERENDIPITY, chart, each, largest, places, small};
-use crate::study::papers::Effort;
-use crate::study::{Axis, Chart, Figure, Finding, Job, Panel, Run, Runs, Section, Series, Style};
+use crate::study::{Axis, Chart, Effort, Figure, Finding, Job, Panel, Run, Runs, Section, Series, Style};
 
 const END: f64 = 1.0;
 const STEP: f64 = 0.01;

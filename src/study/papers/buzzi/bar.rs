@@ -2,8 +2,7 @@
 
 use super::{INTEGRATORS, centre, chart, drift, energy, errors, known, largest, motion, percent, times};
 use crate::step::Wrong;
-use crate::study::papers::Effort;
-use crate::study::{Axis, Cell, Figure, Finding, Job, Panel, Run, Runs, Section, Series, Style, Table, value};
+use crate::study::{Axis, Cell, Effort, Figure, Finding, Job, Panel, Run, Runs, Section, Series, Style, Table, value};
 use std::f64::consts::PI;
 
 /// Amplitude of the velocity \[m/s\]; the paper does not give it.

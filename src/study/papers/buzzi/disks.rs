@@ -3,8 +3,9 @@
 use super::{BASES, chart, energies, largest, percent, rms, times};
 use crate::Simulation;
 use crate::component::ComponentError;
-use crate::study::papers::Effort;
-use crate::study::{Axis, Cell, Chart, Cloud, Drawing, Figure, Finding, Job, Panel, Run, Runs, Section, Series, Style, Table, View};
+use crate::study::{
+    Axis, Cell, Chart, Cloud, Drawing, Effort, Figure, Finding, Job, Panel, Run, Runs, Section, Series, Style, Table, View,
+};
 
 /// Centre of the first disk along both axes \[m\]; the other is its image in the middle of the square.
 const CENTRE: f64 = 0.3;

@@ -6,9 +6,8 @@ mod bar;
 mod disks;
 mod point;
 
-use super::tools::{chart, energies, known, largest, percent, rms, times};
-use super::{Effort, Problem};
-use crate::study::{Axis, Chart, Job, Panel, Run, Runs, Section, Series, Style};
+use crate::study::tools::{chart, energies, known, largest, percent, rms, times};
+use crate::study::{Axis, Chart, Effort, Job, Panel, Problem, Run, Runs, Section, Series, Style};
 
 /// When the stress is updated, in the two ways of the paper.
 const INTEGRATORS: [(&str, &str); 2] = [("usf", "USF"), ("usl", "USL")];

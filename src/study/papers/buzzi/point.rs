@@ -2,7 +2,7 @@
 
 use super::{BASES, INTEGRATORS, centre, chart, drift, energy, errors, largest, motion, percent, swing, times};
 use crate::step::Wrong;
-use crate::study::papers::Effort;
+use crate::study::Effort;
 use crate::study::report::number;
 use crate::study::{Axis, Cell, Chart, Figure, Finding, Job, Run, Runs, Section, Series, Style, Table};
 use std::f64::consts::PI;

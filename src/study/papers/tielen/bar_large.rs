@@ -1,10 +1,9 @@
 //! T2: the bar with 7 % strain, in which particles cross cells.
 
-use super::reference::Table as Known;
 use super::{BAR, BSPLINE, LINEAR, Method, PROFILE, Profile, SPLINE_BAR, SPLINE_COLUMN};
 use super::{chart, curves, known, largest, middle, percent, rms, stresses, times};
-use crate::study::papers::Effort;
-use crate::study::{Axis, Cell, Chart, Figure, Finding, Job, Panel, Run, Runs, Section, Series, Style, Table};
+use crate::study::reference::Table as Known;
+use crate::study::{Axis, Cell, Chart, Effort, Figure, Finding, Job, Panel, Run, Runs, Section, Series, Style, Table};
 
 /// Time of the tables and the stress \[s\].
 const END: f64 = 0.5;

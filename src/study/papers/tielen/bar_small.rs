@@ -1,10 +1,9 @@
 //! T1: a bar fixed at both ends, set swinging in its first mode; no particle leaves its cell.
 
-use super::reference::small_bar;
 use super::{BAR, BSPLINE, LINEAR, Method, PROFILE, Profile, SPLINE_BAR, quadratic};
 use super::{chart, curve_error, curves, known, largest, middle, percent, rms, stresses, times};
-use crate::study::papers::Effort;
-use crate::study::{Axis, Cell, Chart, Figure, Finding, Job, Panel, Runs, Section, Series, Style, Table};
+use crate::study::reference::small_bar;
+use crate::study::{Axis, Cell, Chart, Effort, Figure, Finding, Job, Panel, Runs, Section, Series, Style, Table};
 
 /// End of the runs of the tables \[s\].
 const TABLE_TIME: f64 = 0.02;

@@ -1,9 +1,9 @@
 //! T4: the column under its weight with strains of 9 %.
 
-use super::reference::Table as Known;
 use super::{BSPLINE, COLUMN, LINEAR, Method, PROFILE, Profile, SPLINE_BAR, SPLINE_COLUMN};
 use super::{chart, curves, energies, known, largest, lost, middle, percent, rms, stresses, times};
-use crate::study::papers::Effort;
+use crate::study::Effort;
+use crate::study::reference::Table as Known;
 use crate::study::runner::End;
 use crate::study::{Axis, Cell, Chart, Figure, Finding, Job, Panel, Runs, Section, Series, Style, Table};
 use std::ops::RangeInclusive;

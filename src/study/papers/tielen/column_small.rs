@@ -1,10 +1,9 @@
 //! T3: a column that suddenly feels its weight, with strains of 0.5 %: a front runs up and down.
 
-use super::reference::small_column;
 use super::{BSPLINE, COLUMN, LINEAR, Method, PROFILE, Profile, SPLINE_COLUMN};
 use super::{chart, curve_error, curves, energies, known, largest, lost, middle, percent, rms, stresses, times};
-use crate::study::papers::Effort;
-use crate::study::{Axis, Chart, Figure, Finding, Job, Panel, Runs, Section, Series, Style};
+use crate::study::reference::small_column;
+use crate::study::{Axis, Chart, Effort, Figure, Finding, Job, Panel, Runs, Section, Series, Style};
 
 const HEIGHT: f64 = 25.0;
 /// End of all runs \[s\].

@@ -8,12 +8,10 @@ mod bar_small;
 mod column_large;
 mod column_small;
 mod quadratic;
-mod reference;
 mod shock;
 
-use super::tools::{chart, curve_error, energies, known, largest, lost, percent, rms, times};
-use super::{Effort, Problem};
-use crate::study::{Job, Run, Runs, Section, Series, Style, value};
+use crate::study::tools::{chart, curve_error, energies, known, largest, lost, percent, rms, times};
+use crate::study::{Effort, Job, Problem, Run, Runs, Section, Series, Style, value};
 
 /// A method of the thesis.
 struct Method {

@@ -1,11 +1,11 @@
 //! Section 5.2 of the thesis: the bar of T1 with quadratic Lagrange elements, which are negative in places.
 
 use super::bar_small::{curve_step, scene};
-use super::reference::small_bar;
 use super::{LAGRANGE, LAGRANGE_LUMPED, LINEAR, Method, PROFILE, Profile};
 use super::{chart, known, percent, rms};
 use crate::step::Wrong;
-use crate::study::papers::Effort;
+use crate::study::Effort;
+use crate::study::reference::small_bar;
 use crate::study::report::number;
 use crate::study::runner::End;
 use crate::study::{Axis, Chart, Figure, Finding, Job, Runs, Series, Style, value};

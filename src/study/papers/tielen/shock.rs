@@ -1,9 +1,9 @@
 //! T5: a column that is suddenly loaded on top. Stress stiffens it in compression, so the front is a shock.
 
-use super::reference::Table as Known;
 use super::{BSPLINE, COLUMN, LINEAR, Method, SPLINE_COLUMN};
 use super::{chart, curves, middle, percent};
-use crate::study::papers::Effort;
+use crate::study::Effort;
+use crate::study::reference::Table as Known;
 use crate::study::report::number;
 use crate::study::{Axis, Cell, Chart, Figure, Finding, Job, Panel, Run, Runs, Section, Series, Style, Table};
 

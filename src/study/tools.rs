@@ -1,6 +1,6 @@
-//! What the problems of all papers share: norms, charts, numbers in sentences.
+//! What the problems of all studies share: norms, figures, numbers in sentences.
 
-use crate::study::{Chart, Drawing, Figure, Job, Run, value};
+use super::{Chart, Cloud, Drawing, Figure, Job, Run, View, value};
 
 /// Watches the kinetic, the stored and the total energy.
 pub(super) fn energies(job: Job) -> Job {
@@ -16,6 +16,31 @@ pub(super) fn lost(run: &Run) -> Option<f64> {
 /// A figure that is a chart.
 pub(super) fn chart(name: &str, caption: &str, chart: Chart) -> Figure {
     Figure { name: name.into(), caption: caption.into(), drawing: Drawing::Chart(chart) }
+}
+
+/// A figure of particles.
+pub(super) fn cloud(name: &str, caption: &str, cloud: Cloud) -> Figure {
+    Figure { name: name.into(), caption: caption.into(), drawing: Drawing::Cloud(cloud) }
+}
+
+/// Particles at a time \[s\] with a value each.
+pub(super) fn view(title: impl Into<String>, run: &Run, time: f64, values: impl FnOnce(&Run) -> Option<Vec<f64>>) -> Option<View> {
+    Some(View { title: title.into(), points: places(run.at(time, "particle/position")?), values: values(run)? })
+}
+
+/// Positions of particles in the plane.
+pub(super) fn places(values: &[f64]) -> Vec<[f64; 2]> {
+    values.chunks_exact(2).map(|v| [v[0], v[1]]).collect()
+}
+
+/// Component xx of each stress.
+pub(super) fn stress_xx(values: &[f64]) -> Vec<f64> {
+    values.iter().step_by(9).copied().collect()
+}
+
+/// Rows of a CSV of `N` columns; its header is no row.
+pub(super) fn table<const N: usize>(text: &str) -> Vec<[f64; N]> {
+    text.lines().filter_map(|line| line.split(',').map_while(|v| v.trim().parse().ok()).collect::<Vec<f64>>().try_into().ok()).collect()
 }
 
 /// Root of the mean square.
@@ -50,4 +75,9 @@ pub(super) fn percent(share: f64) -> String {
 pub(super) fn times(factor: f64) -> String {
     let decimals = if factor >= 10.0 { 0 } else { 1 };
     format!("{factor:.decimals$} times")
+}
+
+/// Two digits in powers of ten.
+pub(super) fn small(value: f64) -> String {
+    format!("{value:.1e}")
 }

@@ -43,7 +43,7 @@ pub(super) struct Table {
 
 macro_rules! table {
     ($file:literal) => {
-        Table::read(include_str!(concat!("../../../../tests/reference/", $file)))
+        Table::read(include_str!(concat!("../../tests/reference/", $file)))
     };
 }
 
