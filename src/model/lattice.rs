@@ -9,24 +9,46 @@ pub(crate) struct Lattice {
     pub(crate) counts: [usize; 3],
     /// Ids of the particles, the last axis fastest.
     pub(crate) ids: Vec<u32>,
+    /// Where the lower and upper end of each axis are: weights of the particles of a row next to them, from the end on.
+    pub(crate) ends: [[Vec<f64>; 2]; 3],
 }
 
-/// The lattice that samples form, the ids of which begin at `first_id`; `None` where rows or columns are not full or not straight.
-pub(super) fn lattice(samples: &[Sample], first_id: usize, dimension: usize, cell: f64) -> Option<Lattice> {
+/// Particles that the place of an end is extrapolated from: as many as a cubic has coefficients.
+const BESIDE_AN_END: usize = 4;
+
+/// Weights of Lagrange's polynomial through `places` at `at`.
+fn extrapolation(places: &[f64], at: f64) -> Vec<f64> {
+    let factor = |i: usize, j: usize| if i == j { 1.0 } else { (at - places[j]) / (places[i] - places[j]) };
+    (0..places.len()).map(|i| (0..places.len()).map(|j| factor(i, j)).product()).collect()
+}
+
+/// The lattice that samples form, the ids of which begin at `first_id`, in a body between `low` and `high` \[m\]; `None` where rows or columns are
+/// not full or not straight.
+pub(super) fn lattice(samples: &[Sample], first_id: usize, [low, high]: [&[f64]; 2], cell: f64) -> Option<Lattice> {
+    let dimension = low.len();
     // round-off of positions, far below the distance of particles
     let tolerance = 1e-9 * cell;
     let mut counts = [1; 3];
     let mut ranks = vec![[0usize; 3]; samples.len()];
+    let mut ends: [[Vec<f64>; 2]; 3] = Default::default();
     for axis in 0..dimension {
         let mut order: Vec<usize> = (0..samples.len()).collect();
         order.sort_by(|&a, &b| samples[a].position[axis].total_cmp(&samples[b].position[axis]));
         let mut rank = 0;
+        let mut places = vec![samples[*order.first()?].position[axis]];
         for pair in order.windows(2) {
             let [a, b] = [pair[0], pair[1]].map(|p| samples[p].position[axis]);
-            rank += usize::from(b - a > tolerance);
+            if b - a > tolerance {
+                rank += 1;
+                places.push(b);
+            }
             ranks[pair[1]][axis] = rank;
         }
         counts[axis] = rank + 1;
+        let beside = places.len().min(BESIDE_AN_END);
+        let lower = extrapolation(&places[..beside], low[axis]);
+        places.reverse();
+        ends[axis] = [lower, extrapolation(&places[..beside], high[axis])];
     }
     if counts.iter().product::<usize>() != samples.len() {
         return None;
@@ -39,5 +61,5 @@ pub(super) fn lattice(samples: &[Sample], first_id: usize, dimension: usize, cel
         }
         *place = (first_id + p) as u32;
     }
-    Some(Lattice { counts, ids })
+    Some(Lattice { counts, ids, ends })
 }

@@ -331,7 +331,8 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         }
         body_of.resize(samples.len(), index as u16);
         let ordered = if method.quadrature == Quadrature::Splines {
-            let found = lattice(&samples[start..], start, dimension, Axis::smallest_cell(&axes));
+            let (low, high) = body.shape.bounds(dimension);
+            let found = lattice(&samples[start..], start, [&low, &high], Axis::smallest_cell(&axes));
             Some(found.ok_or_else(|| {
                 let message = "does not hold its particles in full rows and columns, which `method.quadrature = \"splines\"` needs; \
                                take a box of whole cells, or \"least_squares\"";

@@ -67,10 +67,12 @@ pub(crate) struct LineQuadrature {
 }
 
 impl LineQuadrature {
-    /// For a lattice of `counts` particles by axis, stored with the last axis fastest; axes beyond those of the grid have 1.
-    pub(crate) fn new(counts: [usize; 3], axes: &[GridAxis]) -> Self {
+    /// For a lattice of `counts` particles by axis, stored with the last axis fastest; axes beyond those of the grid have 1. `ends` are weights of
+    /// the particles of a row, from its lower and upper end on, that give the place where the body ends.
+    pub(crate) fn new(counts: [usize; 3], ends: &[[Vec<f64>; 2]; 3], axes: &[GridAxis]) -> Self {
         debug_assert!(!axes.is_empty() && counts[axes.len()..].iter().all(|&c| c == 1) && counts.iter().all(|&c| c > 0));
-        let stages = (0..axes.len()).map(|a| Stage::new(a, axes[a], counts[a], counts[a + 1..].iter().product())).collect();
+        let stage = |a: usize| Stage::new(a, axes[a], counts[a], counts[a + 1..].iter().product(), ends[a].clone());
+        let stages = (0..axes.len()).map(stage).collect();
         Self { counts, stages, points: Vec::new(), order: Vec::new(), scratch: Scratch::default() }
     }
 
@@ -80,8 +82,7 @@ impl LineQuadrature {
     }
 
     /// Makes the points for particles at `position` with `half_length` (above 0, see [`stretches`]), by axis \[m\] and in the order of
-    /// the lattice: a body reaches a half-length beyond its outer particles. What lies beyond the grid is left out. After an error there
-    /// are no points.
+    /// the lattice. What lies beyond the grid is left out. After an error there are no points.
     pub(crate) fn prepare(&mut self, position: &[&[f64]], half_length: &[&[f64]]) -> Result<(), Folded> {
         let dimension = self.stages.len();
         let particle = |p: usize| {
@@ -159,6 +160,8 @@ struct Stage {
     knots: usize,
     /// Lines of a section.
     lines: usize,
+    /// Weights of the particles of a line next to its lower and upper end, whose sum is the place of the end.
+    ends: [Vec<f64>; 2],
     /// By section, knot and line \[m\].
     abscissae: Vec<f64>,
     /// As [`factor`] gives them, in the same order.
@@ -172,10 +175,10 @@ struct Stage {
 }
 
 impl Stage {
-    fn new(axis: usize, grid: GridAxis, knots: usize, lines: usize) -> Self {
+    fn new(axis: usize, grid: GridAxis, knots: usize, lines: usize, ends: [Vec<f64>; 2]) -> Self {
         let (abscissae, inverse_pivots, starts) = (Vec::new(), Vec::new(), Vec::new());
         let rule = gauss_legendre(grid.gauss);
-        Self { axis, grid, rule, knots, lines, abscissae, inverse_pivots, starts, points: Vec::new(), places: Vec::new() }
+        Self { axis, grid, rule, knots, lines, ends, abscissae, inverse_pivots, starts, points: Vec::new(), places: Vec::new() }
     }
 
     /// Factors the splines and places the points of all `sections`. An error comes with its section.
@@ -200,9 +203,9 @@ impl Stage {
     }
 
     /// The points of a section: a Gauss rule on the part of every half cell that the body covers, so that no point lies outside it
-    /// (Tielen 2016, section 7.2, figures 7.3 and 7.4). The body reaches half a particle beyond its first and last.
+    /// (Tielen 2016, section 7.2, figures 7.3 and 7.4).
     fn add_points(&mut self, section: &Point, geometry: &[Geometry]) {
-        let body = [self.end(&geometry[..self.lines], -1.0), self.end(&geometry[geometry.len() - self.lines..], 1.0)];
+        let body = [self.end(geometry, false), self.end(geometry, true)];
         let half = 0.5 * self.grid.cell;
         let edge = |i: usize| self.grid.origin + i as f64 * half;
         // from negative numbers the cast gives 0
@@ -223,12 +226,19 @@ impl Stage {
         debug_assert!(self.points.len() <= u32::MAX as usize);
     }
 
-    /// Where the body ends below (`side` -1) or above (+1) the particles at the ends of all lines: the mean, by the area each covers.
-    fn end(&self, particles: &[Geometry], side: f64) -> f64 {
+    /// Where the body ends below or above the particles of a section: the mean over the lines, by the area each covers. On a line, what the
+    /// places of the particles next to the end lead to.
+    fn end(&self, geometry: &[Geometry], upper: bool) -> f64 {
         let (mut sum, mut area) = (0.0, 0.0);
-        for row in particles {
-            let share: f64 = (self.axis + 1..3).map(|a| row[2 * a + 1]).product();
-            sum += share * (row[2 * self.axis] + side * row[2 * self.axis + 1]);
+        for line in 0..self.lines {
+            let row = |k: usize| &geometry[if upper { self.knots - 1 - k } else { k } * self.lines + line];
+            let share: f64 = (self.axis + 1..3).map(|a| row(0)[2 * a + 1]).product();
+            let side = if upper { 1.0 } else { -1.0 };
+            // one particle leads nowhere
+            let beyond = if self.knots == 1 { side * row(0)[2 * self.axis + 1] } else { 0.0 };
+            let place: f64 =
+                beyond + self.ends[usize::from(upper)].iter().enumerate().map(|(k, weight)| weight * row(k)[2 * self.axis]).sum::<f64>();
+            sum += share * place;
             area += share;
         }
         sum / area

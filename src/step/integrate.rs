@@ -88,7 +88,7 @@ impl Integration {
         let bodies = model.bodies.iter().map(|body| {
             let rule = match &body.lattice {
                 // two on each half cell, as in the thesis; higher degrees take more
-                Some(lattice) => Rule::Lines(LineQuadrature::new(lattice.counts, &axes((width - 1).max(2)))),
+                Some(lattice) => Rule::Lines(LineQuadrature::new(lattice.counts, &lattice.ends, &axes((width - 1).max(2)))),
                 // exact for the products of shape functions that a mass matrix is made of
                 None => Rule::Cells(CellQuadrature::new(&axes(width), FULL_SHARE)),
             };
@@ -275,43 +275,67 @@ impl Stepper {
         }
     }
 
-    /// Sums momentum over the points instead of the particles, whose mass stays on the nodes.
-    pub(super) fn point_momentum(&mut self, model: &Model, state: &State) {
+    /// Sums momentum over the points instead of the particles, whose mass stays on the nodes; and, with forces, those of body forces.
+    pub(super) fn sum_at_points(&mut self, model: &Model, state: &State, forces: bool) {
         let mut all = std::mem::take(&mut self.integration);
-        let d = model.dimension;
-        let mut velocities: Vec<[f64; 3]> = Vec::new();
-        for points in &all.bodies {
-            let start = velocities.len();
-            fill(&mut all.columns, d, &points.places, |p, a| state.particles.velocity.column(a)[p]);
-            match d {
+        let mut values = Vec::new();
+        all.at_points(model.dimension, |p, a| state.particles.velocity.column(a)[p], &mut values);
+        self.matrix.to_nodes(&all.conserve(model, state, values, self.matrix.masses()), true, &mut self.grid.momentum);
+        if forces && model.needs.body_force {
+            let mut values = Vec::new();
+            all.at_points(model.dimension, |p, a| self.body_force[a][p], &mut values);
+            self.matrix.to_nodes(&values, false, &mut self.grid.force);
+        }
+        self.integration = all;
+    }
+}
+
+impl Integration {
+    /// A vector at the particles, taken to the points of all bodies and the particles that no point stands for.
+    fn at_points(&mut self, dimension: usize, vector: impl Fn(usize, usize) -> f64, values: &mut Vec<[f64; 3]>) {
+        let Self { bodies, columns, of_1, of_2, of_3, .. } = self;
+        for points in bodies {
+            fill(columns, dimension, &points.places, &vector);
+            match dimension {
                 1 => {
-                    all.of_1.take(&points.rule, &all.columns);
-                    velocities.extend(all.of_1.values.iter().map(|v| [v[0], 0.0, 0.0]));
+                    of_1.take(&points.rule, columns);
+                    values.extend(of_1.values.iter().map(|v| [v[0], 0.0, 0.0]));
                 }
                 2 => {
-                    all.of_2.take(&points.rule, &all.columns);
-                    velocities.extend(all.of_2.values.iter().map(|v| [v[0], v[1], 0.0]));
+                    of_2.take(&points.rule, columns);
+                    values.extend(of_2.values.iter().map(|v| [v[0], v[1], 0.0]));
                 }
                 _ => {
-                    all.of_3.take(&points.rule, &all.columns);
-                    velocities.extend(all.of_3.values.iter().copied());
+                    of_3.take(&points.rule, columns);
+                    values.extend(of_3.values.iter().copied());
                 }
             }
             if let Rule::Cells(cells) = &points.rule {
-                velocities.extend(cells.left().map(|p| state.particles.velocity.row::<3>(points.places[p] as usize)));
-                // the momentum of the body is that of its particles
-                let masses = &self.matrix.masses()[start..velocities.len()];
-                let whole: f64 = masses.iter().sum();
-                for a in 0..d {
-                    let column = state.particles.velocity.column(a);
-                    let carried: f64 = points.places.iter().map(|&p| state.particles.mass[p as usize] * column[p as usize]).sum();
-                    let found: f64 = masses.iter().zip(&velocities[start..]).map(|(m, v)| m * v[a]).sum();
-                    velocities[start..].iter_mut().for_each(|v| v[a] += (carried - found) / whole);
-                }
+                let of = |p: usize| std::array::from_fn(|a| if a < dimension { vector(points.places[p] as usize, a) } else { 0.0 });
+                values.extend(cells.left().map(of));
             }
         }
-        self.matrix.momentum(&velocities, &mut self.grid.momentum);
-        self.integration = all;
+    }
+
+    /// Makes the momentum of bodies whose points stand in cells that of their particles.
+    fn conserve(&self, model: &Model, state: &State, mut velocities: Vec<[f64; 3]>, masses: &[f64]) -> Vec<[f64; 3]> {
+        let mut start = 0;
+        for points in &self.bodies {
+            let left = if let Rule::Cells(cells) = &points.rule { cells.left().count() } else { 0 };
+            let own = start..start + points.rule.points().len() + left;
+            start = own.end;
+            if matches!(points.rule, Rule::Lines(_)) {
+                continue;
+            }
+            let whole: f64 = masses[own.clone()].iter().sum();
+            for a in 0..model.dimension {
+                let column = state.particles.velocity.column(a);
+                let carried: f64 = points.places.iter().map(|&p| state.particles.mass[p as usize] * column[p as usize]).sum();
+                let found: f64 = masses[own.clone()].iter().zip(&velocities[own.clone()]).map(|(m, v)| m * v[a]).sum();
+                velocities[own.clone()].iter_mut().for_each(|v| v[a] += (carried - found) / whole);
+            }
+        }
+        velocities
     }
 }
 

@@ -87,10 +87,10 @@ impl MassMatrix {
         &self.mass
     }
 
-    /// Momentum on the nodes, `sum m v N` over the points, in all lanes but the first.
-    pub(super) fn momentum(&self, velocities: &[[f64; 3]], to: &mut [Lanes]) {
-        for lanes in to.iter_mut() {
-            lanes[1..].fill(0.0);
+    /// Adds `sum m v N` over the points to all lanes of the nodes but the first; `anew`: to 0.
+    pub(super) fn to_nodes(&self, velocities: &[[f64; 3]], anew: bool, to: &mut [Lanes]) {
+        if anew {
+            to.iter_mut().for_each(|lanes| lanes[1..].fill(0.0));
         }
         for (p, v) in velocities.iter().enumerate() {
             let m = self.mass[p];
@@ -432,7 +432,7 @@ mod tests {
         let (mut matrix, _) = matrix(&[4.3], 0.0);
         let velocity = 2.5;
         let mut right = vec![[0.0; 4]; 12];
-        matrix.momentum(&[[velocity, 0.0, 0.0]], &mut right);
+        matrix.to_nodes(&[[velocity, 0.0, 0.0]], true, &mut right);
         let mut x = field(|_| 0.0);
         let rule = MassRule::Solved { solver: MassSolver::Pcg, residual: 1e-15 };
         matrix.solve(rule, &[], &right, &mut x).unwrap();

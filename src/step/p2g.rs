@@ -42,7 +42,8 @@ impl Stepper {
             model,
             rows: Rows::new(&mut state.particles),
             forces,
-            body_force: &self.body_force,
+            // where mass is integrated, so is what acts on it
+            body_force: if model.quadrature_of_velocity { &[] } else { &self.body_force },
             relieved: self.integration.relieved(),
         };
         for colour in &grid.colours {
@@ -74,7 +75,7 @@ impl Stepper {
         }
         if model.quadrature_of_velocity {
             self.assemble(model, state)?;
-            self.point_momentum(model, state);
+            self.sum_at_points(model, state, forces);
         }
         Ok(())
     }

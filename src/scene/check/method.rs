@@ -251,7 +251,9 @@ impl Check<'_> {
         for (name, body) in &scene.body {
             let path = format!("body.{name}.positions");
             let positions = scene.positions(body);
-            self.require(method.quadrature != Quadrature::Splines || positions == Positions::Uniform, &path, || {
+            // in one dimension any order of particles is a row
+            let rows = positions == Positions::Uniform || self.dimension == 1 && positions == Positions::Jittered;
+            self.require(method.quadrature != Quadrature::Splines || rows, &path, || {
                 "must be \"uniform\": quadrature = \"splines\" needs even rows of particles; or take quadrature = \"least_squares\"".into()
             });
             self.require(method.basis != Basis::Gimp || positions != Positions::Gauss, &path, || {
