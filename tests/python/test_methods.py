@@ -35,4 +35,4 @@ def test_the_method_chosen_by_the_scene() -> None:
     assert beam().build().describe().choices == []
     sim.step(0.1)
     with pytest.raises(SceneError, match="is the text \"automatic\"; must be a table with the keys .*, or \"auto\""):
-        beam(method="automatic")  # type: ignore[arg-type]
+        beam(method="automatic")
