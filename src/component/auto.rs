@@ -66,6 +66,7 @@ pub(super) fn choose(mut scene: Scene) -> Result<(Scene, Vec<Choice>), SceneErro
         choose("time.step", &step.to_string(), format!("{STEPS} steps: a balance of forces does not depend on the steps that led to it"));
         scene.time.step = Some(step);
     }
+    scene.check()?;
     Ok((scene, choices))
 }
 

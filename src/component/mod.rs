@@ -80,7 +80,6 @@ impl Simulation {
     pub fn new(scene: Scene) -> Result<Self, SceneError> {
         scene.check()?;
         let (scene, choices) = auto::choose(scene)?;
-        scene.check()?;
         let (model, mut state) = Model::new(&scene)?;
         let fault = |path: &str, message: String| SceneError::Faults { file: None, faults: vec![Fault::new(path, message)] };
         let mut solver = Solver::new(&model, &mut state);

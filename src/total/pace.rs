@@ -47,7 +47,8 @@ fn accurately(state: &mut State, wanted: f64, step: &mut impl Step) -> Result<()
             Failure::Trouble(StepError::Inaccurate { error, allowed, .. }) => h * share(*error, *allowed).clamp(CHANGE[0], SAFETY),
             _ => 0.5 * h,
         };
-        if shorter < SHORTEST * wanted {
+        // an estimate that is no number would be tried for ever
+        if shorter.is_nan() || shorter < SHORTEST * wanted {
             return Err(explain(failure, state.time, h));
         }
         h = shorter;

@@ -14,12 +14,12 @@ from matpoint.scene import Method, Time
 
 def test_a_balance_of_forces() -> None:
     method = Method(formulation="total", degree=3, integrator="quasi_static")
-    sim = beam(method=method, body={"beam": {**beam().to_dict()["body"]["beam"], "velocity": [0.0, 0.0]}}, time=Time(end=1.0, step=0.5)).build()
+    sim = beam(method=method, body={"beam": {**beam().to_dict()["body"]["beam"], "velocity": [0.0, 0.0]}}, time=Time(end=1.0, step=1.0)).build()
     assert math.isinf(sim.max_step) and sim.residuals == []
     sim["load/tip/traction"] = [0.0, -2000.0]
     report = sim.step(1.0)
     # Newton's method, to 1e-10 of the forces
-    assert report.substeps == 2 and 4 <= report.iterations <= 20
+    assert report.substeps == 1 and 4 <= report.iterations <= 20
     assert sim.residuals[-1] < 1e-10 < sim.residuals[0]
     # what the wall holds is the load on the upright end of 1 m, and the weight of 4 m2 of 100 kg/m2
     assert np.allclose(sim["boundary/root/reaction"], [0.0, 2000.0 + 400.0 * 9.81], atol=1e-5)
@@ -35,4 +35,4 @@ def test_the_method_chosen_by_the_scene() -> None:
     assert beam().build().describe().choices == []
     sim.step(0.1)
     with pytest.raises(SceneError, match="is the text \"automatic\"; must be a table with the keys .*, or \"auto\""):
-        beam(method="automatic")  # type: ignore[arg-type]
+        beam(method="automatic")

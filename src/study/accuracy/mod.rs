@@ -1,8 +1,8 @@
 //! Problems with known answers: how close the simulator comes to them, above all by the total-Lagrangian formulation.
 //!
-//! [`bar_small`] and [`bar_large`] are bars of Tielen (2016), [`manufactured`] has a solution in closed form, [`cantilever`] and [`column`]
-//! are statics, [`swing`] and [`ramped`] motions of beams, [`conservation`] is a body that swings a thousand times, [`cook`] a membrane,
-//! [`newton`] and [`saved`] are about implicit steps: how they converge, and what they save.
+//! `bar_small` and `bar_large` are bars of Tielen (2016), `manufactured` has a solution in closed form, `cantilever` and `column`
+//! are statics, `swing` and `ramped` motions of beams, `conservation` is a body that swings a thousand times, `cook` a membrane,
+//! `newton` and `saved` are about implicit steps: how they converge, and what they save.
 
 mod bar_large;
 mod bar_small;

@@ -4,7 +4,7 @@ use super::tabulate;
 use crate::study::tools::chart;
 use crate::study::{Axis, Chart, Effort, Finding, Job, Runs, Section, Series, Style};
 
-/// A static problem, and the end of its last step \[s\].
+/// A static problem, solved in one step of 1 s.
 struct Case {
     name: &'static str,
     scene: &'static str,

@@ -150,7 +150,8 @@ def _sizes(sim: Simulation) -> Floats:
     scene = sim.scene
     keys = scene.to_dict()
     cell = np.broadcast_to(keys["grid"]["cell"], scene.dimension)
-    boxes = np.array([cell / np.asarray(keys["body"][name]["particles_per_cell"]) for name in sim.describe().bodies])
+    # equal ones along all axes if left out; how many they are does not change the proportions
+    boxes = np.array([cell / np.asarray(keys["body"][name].get("particles_per_cell", 1)) for name in sim.describe().bodies])
     sizes = boxes[sim.get("particle/body", view=True).astype(int)]
     determinant = np.linalg.det(sim.get("particle/deformation_gradient", view=True))
     # particles with uneven weights keep the proportions of the box
