@@ -164,6 +164,12 @@ impl Axis {
         }
     }
 
+    /// Weights of the functions from `first` on, as many as are not zero in a cell, that give function `i` the coefficient it has in the
+    /// polynomial that they stand for. For B-splines.
+    pub(crate) fn extension(&self, i: i32, first: i32) -> Vec<f64> {
+        bspline::extension(self.cells, self.width - 1, i, first)
+    }
+
     /// Whether function `i` belongs to the lower or upper end of the grid: its node lies there or outside.
     pub(crate) fn ends(&self, i: i32, upper: bool) -> bool {
         match self.family {

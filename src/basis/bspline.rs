@@ -52,6 +52,28 @@ pub(super) fn share(cells: i32, degree: usize, i: i32) -> f64 {
     (knot(cells, degree, i + degree as i32 + 1) - knot(cells, degree, i)) / (degree + 1) as f64
 }
 
+/// See `Axis::extension`. The coefficient of function `i` in a polynomial is its blossom at the inner knots of the function (de Boor 1978,
+/// chapter IX): of x^m the elementary symmetric polynomial of degree m over its number of terms.
+pub(super) fn extension(cells: i32, degree: usize, i: i32, first: i32) -> Vec<f64> {
+    let n = degree + 1;
+    let origin = greville_point(cells, degree, first + degree as i32 / 2);
+    let blossom = |i: i32| {
+        let mut symmetric = vec![0.0; n];
+        symmetric[0] = 1.0;
+        for j in 1..=degree as i32 {
+            let t = (knot(cells, degree, i + j) - origin) / degree as f64;
+            (1..n).rev().for_each(|m| symmetric[m] += t * symmetric[m - 1]);
+        }
+        symmetric
+    };
+    // the numbers of terms are the same on both sides
+    let columns: Vec<Vec<f64>> = (0..n as i32).map(|k| blossom(first + k)).collect();
+    let matrix = nalgebra::DMatrix::from_fn(n, n, |m, k| columns[k][m]);
+    let right = nalgebra::DVector::from_vec(blossom(i));
+    // functions in a row that are not zero in a common cell are independent
+    matrix.lu().solve(&right).map_or_else(|| vec![f64::NAN; n], |x| x.as_slice().to_vec())
+}
+
 /// Cox-de Boor recursion (Tielen 2016, section 6.1) carried out on polynomials of the local coordinate of cell `c`.
 fn tabulate(pieces: &mut Pieces, cells: i32, degree: usize, c: i32) {
     let (p, span) = (degree, c + degree as i32);

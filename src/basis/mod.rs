@@ -5,10 +5,12 @@
 
 mod axis;
 mod bspline;
+mod extension;
 mod gimp;
 mod lagrange;
 
 pub(crate) use axis::{Axis, Family};
+pub(crate) use extension::Extension;
 pub(crate) use lagrange::{is_tied, serendipity_weight};
 
 /// Second moment of the weights, in squares of cells, below which it is round-off.

@@ -4,12 +4,14 @@
 //! Two reconstructions: [`lines`] interpolates with splines along the lines of particles of a body that is a lattice,
 //! [`least_squares`] fits a polynomial in each full cell to the particles of any body.
 
+mod cut;
 mod gauss;
 mod least_squares;
 mod lines;
 mod spline;
 mod taylor;
 
+pub(crate) use cut::{Curve, CutQuadrature, EdgePoint, Lost};
 pub(crate) use gauss::gauss_legendre;
 pub(crate) use least_squares::{CellQuadrature, FULL_SHARE};
 pub(crate) use lines::{LineQuadrature, Scratch, stretches};
