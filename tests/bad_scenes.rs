@@ -74,8 +74,8 @@ const BEAM_CASES: &[Case] = &[
     ("formula without an end", "sin(t)", "sin(t", ") is wanted at the end"),
     ("formula with a number too large", "-1e3*", "-1e999*", "1e999 is too large for a number"),
     // boundaries
-    ("boundary nowhere", "face = \"x-\"\n", "", ":22:11: boundary.clamp: has neither face nor region; must have one of the two"),
-    ("boundary in two ways", "face = \"x-\"\n", "face = \"x-\"\nregion = { disk = { center = [1, 0], radius = 1 } }\n", ":22:11: boundary.clamp: has both face and region"),
+    ("boundary nowhere", "face = \"x-\"\n", "", ":22:11: boundary.clamp: has none of face, region and surface; must have one of them"),
+    ("boundary in two ways", "face = \"x-\"\n", "face = \"x-\"\nregion = { disk = { center = [1, 0], radius = 1 } }\n", ":22:11: boundary.clamp: has face and region; must have one of"),
     ("boundary on no side", "face = \"x-\"", "face = \"left\"", ":23:8: boundary.clamp.face: is \"left\"; allowed: x-, x+, y-, y+"),
     ("boundary that holds nothing", "fixed = [\"x\", \"y\"]", "fixed = []", ":22:11: boundary.clamp: holds nothing; must have fixed or velocity"),
     ("boundary on an axis too many", "fixed = [\"x\", \"y\"]", "fixed = [\"z\"]", ":24:10: boundary.clamp.fixed[0]: is axis z; dimension 2 has x, y"),

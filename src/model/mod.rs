@@ -139,9 +139,22 @@ enum Region {
         upper: bool,
     },
     Shape(Shape),
+    /// A face of a body, by its number.
+    Surface {
+        body: usize,
+        face: String,
+    },
 }
 
 impl Boundary {
+    /// The face of a body that it holds, with the number of the body.
+    pub(crate) fn surface(&self) -> Option<(usize, &str)> {
+        match &self.region {
+            Region::Surface { body, face } => Some((*body, face)),
+            Region::Face { .. } | Region::Shape(_) => None,
+        }
+    }
+
     /// Whether the node of a body's own grid lies in the region: on the face of the grid of the scene, or in the shape.
     pub(crate) fn holds_place(&self, axes: &[Axis], place: &[f64]) -> bool {
         let slack = 1e-9 * Axis::smallest_cell(axes);
@@ -151,6 +164,7 @@ impl Boundary {
                 (place[*axis] - end).abs() <= slack
             }
             Region::Shape(shape) => shape.contains(place, slack),
+            Region::Surface { .. } => false,
         }
     }
     /// Whether the node (for B-splines: the Greville point) lies in the region.
@@ -163,6 +177,7 @@ impl Boundary {
                 let slack = 1e-9 * Axis::smallest_cell(axes);
                 shape.contains(&place, slack)
             }
+            Region::Surface { .. } => false,
         }
     }
     /// Velocity along `axis` at `time` \[m/s\]; `None` where it is free.
@@ -390,7 +405,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         set_initial_velocity(&mut state.particles, body, described, dimension).map_err(fault(format!("body.{}.velocity", body.name)))?;
     }
 
-    let boundaries = scene.boundary.iter().map(|(name, b)| boundary(name, b)).collect::<Result<Vec<_>, _>>()?;
+    let boundaries = scene.boundary.iter().map(|(name, b)| boundary(name, b, scene)).collect::<Result<Vec<_>, _>>()?;
     let finder = Finder { reference: &reference, bodies: &bodies, scene };
     let loads = scene.load.iter().map(|(name, l)| finder.load(name, l)).collect::<Result<Vec<_>, _>>()?;
     let probes: Vec<Probe> = scene.probe.iter().map(|(name, p)| finder.probe(name, p)).collect();
@@ -520,14 +535,21 @@ fn set_initial_velocity(particles: &mut Particles, body: &Body, described: &scen
     Ok(())
 }
 
-fn boundary(name: &str, described: &scene::Boundary) -> Result<Boundary, Fault> {
-    let region = match (&described.face, &described.region) {
-        (Some(face), _) => {
+fn boundary(name: &str, described: &scene::Boundary, scene: &scene::Scene) -> Result<Boundary, Fault> {
+    let region = match (&described.face, &described.region, &described.surface) {
+        (Some(face), ..) => {
             let axis = ["x", "y", "z"].iter().position(|a| face.starts_with(a)).unwrap_or(0);
             Region::Face { axis, upper: face.ends_with('+') }
         }
-        (None, Some(shape)) => Region::Shape(shape.clone()),
-        (None, None) => return Err(Fault::new(format!("boundary.{name}"), "needs a `face` or a `region`")),
+        (None, Some(shape), _) => Region::Shape(shape.clone()),
+        (None, None, Some(surface)) => {
+            let body = scene
+                .body
+                .get_index_of(&surface.body)
+                .ok_or_else(|| Fault::new(format!("boundary.{name}.surface.body"), format!("there is no body `{}`", surface.body)))?;
+            Region::Surface { body, face: surface.face.clone() }
+        }
+        (None, None, None) => return Err(Fault::new(format!("boundary.{name}"), "needs a `face`, a `region` or a `surface`")),
     };
     let mut velocity = [None, None, None];
     for axis in &described.fixed {

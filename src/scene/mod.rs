@@ -197,7 +197,7 @@ pub enum Expr {
     Formula(String),
 }
 
-/// Where the velocity of the grid is fixed or prescribed. Give either `face` or `region`.
+/// Where velocity is fixed or prescribed. Give one of `face`, `region` and `surface`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Boundary {
@@ -207,12 +207,26 @@ pub struct Boundary {
     /// A region: every node (for B-splines: every Greville point) in it is held.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Shape>,
+    /// A face of a body, wherever it lies in the grid: what sticks to a wall. In dimension 2, for formulation = "total" and for
+    /// quadrature = "splines".
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface: Option<Surface>,
     /// Axes along which the velocity is zero.
     #[serde(default)]
     pub fixed: Vec<Axis>,
     /// Prescribed velocity \[m/s\] along an axis: a number or a formula of t.
     #[serde(default)]
     pub velocity: IndexMap<Axis, Expr>,
+}
+
+/// A face of a body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Surface {
+    /// Name of the body.
+    pub body: String,
+    /// Name of the face, as for a traction.
+    pub face: String,
 }
 
 /// A coordinate axis.

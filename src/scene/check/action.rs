@@ -1,6 +1,6 @@
 //! What acts on bodies and what is watched: boundaries, loads and probes.
 
-use super::super::{Axis, Body, Load, Signal, Table};
+use super::super::{Axis, Body, Load, Quadrature, Signal, Table};
 use super::{AXES, Check, SPACE_TIME, TIME};
 use crate::scene::fault::{counted, hint, plain};
 
@@ -10,10 +10,12 @@ impl Check<'_> {
         let faces: Vec<&str> = faces.iter().map(String::as_str).collect();
         for (name, boundary) in &self.scene.boundary {
             let path = format!("boundary.{name}");
-            match (&boundary.face, &boundary.region) {
-                (None, None) => self.fault(&path, "has neither face nor region; must have one of the two"),
-                (Some(_), Some(_)) => self.fault(&path, "has both face and region; must have one of the two"),
-                _ => {}
+            let given = [("face", boundary.face.is_some()), ("region", boundary.region.is_some()), ("surface", boundary.surface.is_some())];
+            let given: Vec<&str> = given.into_iter().filter(|(_, is)| *is).map(|(key, _)| key).collect();
+            match given[..] {
+                [] => self.fault(&path, "has none of face, region and surface; must have one of them"),
+                [_] => {}
+                [..] => self.fault(&path, format!("has {}; must have one of face, region and surface", given.join(" and "))),
             }
             if let Some(face) = &boundary.face {
                 self.require(faces.contains(&face.as_str()), &format!("{path}.face"), || format!("is \"{face}\"{}", hint(face, &faces)));
@@ -23,6 +25,15 @@ impl Check<'_> {
                 if self.region(&path, region) {
                     self.touches_grid(&path, region);
                 }
+            }
+            if let Some(surface) = &boundary.surface {
+                let path = format!("{path}.surface");
+                self.face(&path, &surface.body, &surface.face);
+                let method = &self.scene.method;
+                let has = self.dimension == 2 && (method.is_total() || method.quadrature == Quadrature::Splines);
+                self.require(has, &path, || {
+                    "is for dimension 2, with formulation = \"total\" or quadrature = \"splines\"; take a face or a region".into()
+                });
             }
             let holds = !boundary.fixed.is_empty() || !boundary.velocity.is_empty();
             self.require(holds, &path, || "holds nothing; must have fixed or velocity".into());
