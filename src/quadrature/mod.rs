@@ -8,6 +8,7 @@ mod cut;
 mod gauss;
 mod least_squares;
 mod lines;
+mod sheet;
 mod spline;
 mod taylor;
 
@@ -15,6 +16,7 @@ pub(crate) use cut::{Curve, CutQuadrature, EdgePoint, Lost};
 pub(crate) use gauss::gauss_legendre;
 pub(crate) use least_squares::{CellQuadrature, FULL_SHARE};
 pub(crate) use lines::{LineQuadrature, Scratch, stretches};
+pub(crate) use sheet::{SheetQuadrature, Trouble};
 
 /// An axis of the grid.
 #[derive(Debug, Clone, Copy, PartialEq)]

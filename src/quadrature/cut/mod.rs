@@ -58,7 +58,7 @@ pub(crate) struct Cell {
 /// The quadrature of a body.
 #[derive(Debug, Clone)]
 pub(crate) struct CutQuadrature {
-    axes: [GridAxis; 2],
+    pub(super) axes: [GridAxis; 2],
     /// Gauss points on \[0, 1\].
     rule: Vec<(f64, f64)>,
     /// Cell by cell, the last axis fastest.
