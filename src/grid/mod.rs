@@ -11,6 +11,7 @@ mod order;
 mod tied;
 
 pub(crate) use order::sort;
+pub(crate) use tied::Tied;
 
 use crate::basis::{Axis, Family};
 use crate::model::Model;
@@ -42,8 +43,8 @@ pub(crate) struct Grid {
     pub(crate) constraints: Vec<Constraint>,
     /// Pairs of blocks at the same place, of two fields: storage indices of their first nodes.
     pub(crate) encounters: Vec<[u32; 2]>,
-    /// Nodes that follow others (serendipity elements).
-    tied: tied::Tied,
+    /// Nodes that follow others (serendipity elements, extended B-splines).
+    pub(crate) tied: Tied,
     /// What each bin touches, in the order of the bins.
     pub(crate) homes: Vec<Home>,
     /// Bins by colour.

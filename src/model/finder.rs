@@ -37,12 +37,23 @@ impl Finder<'_> {
                 (Target::PointForce(anchor), &f.value, "point_force.value")
             }
         };
+        let side = match load {
+            scene::Load::Traction(scene::Traction { body, face, .. }) | scene::Load::Pressure(scene::Pressure { body, face, .. }) => {
+                self.scene.body.get_index_of(body).and_then(|number| super::side(self.bodies, self.scene, number, face))
+            }
+            _ => None,
+        };
+        let target = match target {
+            Target::Traction(_) if side.is_some() => Target::Traction(Vec::new()),
+            Target::Pressure(_) if side.is_some() => Target::Pressure(Vec::new()),
+            target => target,
+        };
         let signal = Signal::new(signal).map_err(fault(format!("load.{name}.{key}")))?;
         let start = signal.value([0.0; 3], 0.0, &[]);
         if !signal.varies_in_space() && start.iter().any(|v| !v.is_finite()) {
             return Err(Fault::new(format!("load.{name}.{key}"), format!("is {:?} at t = 0; it must be finite", &start[..dimension])));
         }
-        Ok(Load { name: name.into(), target, signal })
+        Ok(Load { name: name.into(), target, signal, side })
     }
 
     pub(super) fn probe(&self, name: &str, probe: &scene::Probe) -> Probe {

@@ -1,5 +1,6 @@
 //! Bodies whose particles stand in full rows and columns.
 
+use super::Chart;
 use super::sample::Sample;
 
 /// The particles of a body row by row.
@@ -11,6 +12,17 @@ pub(crate) struct Lattice {
     pub(crate) ids: Vec<u32>,
     /// Where the lower and upper end of each axis are: weights of the particles of a row next to them, from the end on.
     pub(crate) ends: [[Vec<f64>; 2]; 3],
+    /// Of a plane body: the map from the unit square, and where its rows and columns are there.
+    pub(crate) sheet: Option<(Chart, [Vec<f64>; 2])>,
+}
+
+impl Lattice {
+    /// Particles that were sampled on the square, with ids from `first_id` on.
+    pub(super) fn of_chart(chart: Chart, sites: [Vec<f64>; 2], first_id: usize) -> Self {
+        let counts = [sites[0].len(), sites[1].len(), 1];
+        let ids = (first_id..first_id + counts[0] * counts[1]).map(|id| id as u32).collect();
+        Self { counts, ids, ends: Default::default(), sheet: Some((chart, sites)) }
+    }
 }
 
 /// Particles that the place of an end is extrapolated from: as many as a cubic has coefficients.
@@ -61,5 +73,5 @@ pub(super) fn lattice(samples: &[Sample], first_id: usize, [low, high]: [&[f64];
         }
         *place = (first_id + p) as u32;
     }
-    Some(Lattice { counts, ids, ends })
+    Some(Lattice { counts, ids, ends, sheet: None })
 }

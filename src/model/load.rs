@@ -9,6 +9,18 @@ pub(crate) struct Load {
     pub(crate) name: String,
     pub(crate) target: Target,
     pub(crate) signal: Signal,
+    /// The side of a sheet that a traction or pressure acts on, instead of on points: its edge is known.
+    pub(crate) side: Option<Side>,
+}
+
+/// A side of a sheet (see [`super::Chart`]).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Side {
+    /// Number of the body.
+    pub(crate) body: usize,
+    /// Axis across it.
+    pub(crate) axis: usize,
+    pub(crate) upper: bool,
 }
 
 /// What a load acts on.

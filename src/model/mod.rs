@@ -1,12 +1,14 @@
 //! 2 COMPILE: Scene -> Model: immutable tables, and [`Needs`]: what this scene needs, and so what it does not.
 
+mod chart;
 mod finder;
 mod lattice;
 mod load;
 mod map;
 mod sample;
 
-pub(crate) use load::{Load, SPACE_TIME, Signal, SurfacePoint, Target};
+pub(crate) use chart::Chart;
+pub(crate) use load::{Load, SPACE_TIME, Side, Signal, SurfacePoint, Target};
 
 use crate::basis::{Axis, Family};
 use crate::implicit::{Rules, Scheme};
@@ -28,6 +30,8 @@ pub(crate) struct Model {
     pub(crate) axes: Vec<Axis>,
     pub(crate) bodies: Vec<Body>,
     pub(crate) boundaries: Vec<Boundary>,
+    /// Sides of sheets that are held: the boundary, and the side.
+    pub(crate) walls: Vec<(usize, Side)>,
     pub(crate) loads: Vec<Load>,
     pub(crate) probes: Vec<Probe>,
     /// Position at time 0 by particle id \[m\].
@@ -241,6 +245,8 @@ pub(crate) struct Needs {
     pub(crate) work: bool,
     /// Quadrature points beside the particles.
     pub(crate) quadrature: bool,
+    /// Functions at the edge that follow those inside (see [`crate::basis::Extension`]).
+    pub(crate) extension: bool,
     /// A mass matrix that is not diagonal.
     pub(crate) mass_matrix: bool,
     /// Nodes that follow others (serendipity elements).
@@ -326,7 +332,17 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
             None => axes.clone(),
         };
         let per_cell = scene.particles_per_cell(body);
+        let chart = if dimension == 2 && method.quadrature == Quadrature::Splines { Chart::new(&body.shape) } else { None };
+        let mut sheet = None;
         match &map {
+            None if chart.is_some() => {
+                if let Some(chart) = chart {
+                    let spacing = [0, 1].map(|a| own[a].cell_size() / per_cell.axis(a).unwrap_or(1) as f64);
+                    let (in_rows, sites) = chart.sample(spacing);
+                    sheet = Some(Lattice::of_chart(chart, sites, start));
+                    samples.extend(in_rows);
+                }
+            }
             Some(map) => {
                 let whole = scene::Body { shape: Shape::Box { min: vec![0.0; 2], max: map.lengths.to_vec() }, ..body.clone() };
                 let in_grid = sample(&whole, &per_cell, scene.positions(body), &own);
@@ -345,16 +361,21 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
             ));
         }
         body_of.resize(samples.len(), index as u16);
-        let ordered = if method.quadrature == Quadrature::Splines {
-            let (low, high) = body.shape.bounds(dimension);
-            let found = lattice(&samples[start..], start, [&low, &high], Axis::smallest_cell(&axes));
-            Some(found.ok_or_else(|| {
-                let message = "does not hold its particles in full rows and columns, which `method.quadrature = \"splines\"` needs; \
-                               take a box of whole cells, or \"least_squares\"";
-                Fault::new(format!("body.{name}.shape"), message)
-            })?)
-        } else {
-            None
+        let ordered = match sheet {
+            None if method.quadrature == Quadrature::Splines => {
+                let (low, high) = body.shape.bounds(dimension);
+                let found =
+                    if dimension == 2 { None } else { lattice(&samples[start..], start, [&low, &high], Axis::smallest_cell(&axes)) };
+                Some(found.ok_or_else(|| {
+                    let take = if dimension == 2 { "box, a ring or a convex polygon with four corners" } else { "box of whole cells" };
+                    let message = format!(
+                        "does not hold its particles in full rows and columns, which `method.quadrature = \"splines\"` needs; \
+                         take a {take}, or \"least_squares\""
+                    );
+                    Fault::new(format!("body.{name}.shape"), message)
+                })?)
+            }
+            sheet => sheet,
         };
         let half = |a: usize| own.get(a).map_or(0.0, |axis| 0.5 * axis.cell_size() / per_cell.axis(a).unwrap_or(1) as f64);
         bodies.push(Body {
@@ -406,6 +427,11 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
     }
 
     let boundaries = scene.boundary.iter().map(|(name, b)| boundary(name, b, scene)).collect::<Result<Vec<_>, _>>()?;
+    let wall = |(number, boundary): (usize, &Boundary)| {
+        let (body, face) = boundary.surface()?;
+        Some((number, side(&bodies, scene, body, face)?))
+    };
+    let walls: Vec<(usize, Side)> = boundaries.iter().enumerate().filter_map(wall).collect();
     let finder = Finder { reference: &reference, bodies: &bodies, scene };
     let loads = scene.load.iter().map(|(name, l)| finder.load(name, l)).collect::<Result<Vec<_>, _>>()?;
     let probes: Vec<Probe> = scene.probe.iter().map(|(name, p)| finder.probe(name, p)).collect();
@@ -440,6 +466,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         work: !loads.is_empty()
             || boundaries.iter().any(|b: &Boundary| b.velocity.iter().flatten().any(|f| f.uses(0) || f.eval(&[0.0]) != 0.0)),
         quadrature: method.quadrature != Quadrature::Particles,
+        extension: dimension == 2 && method.quadrature == Quadrature::Splines && method.quadrature_of_velocity(),
         mass_matrix: !projection.is_lumped() || !balance.is_lumped(),
         tied: method.basis == Basis::Serendipity,
     };
@@ -449,6 +476,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         axes,
         bodies,
         boundaries,
+        walls,
         loads,
         probes,
         reference,
@@ -476,6 +504,13 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         needs,
     };
     Ok((model, state))
+}
+
+/// The side of a sheet that is a face of the body.
+fn side(bodies: &[Body], scene: &scene::Scene, body: usize, face: &str) -> Option<Side> {
+    let (chart, _) = bodies[body].lattice.as_ref()?.sheet.as_ref()?;
+    let (axis, upper) = chart.side(&scene.body[body].shape, face)?;
+    Some(Side { body, axis, upper })
 }
 
 /// The grid of a body: cells about as large as those of the scene, as many as fit exactly.

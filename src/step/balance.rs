@@ -79,12 +79,29 @@ impl Stepper {
         let mut right = std::mem::take(&mut self.right);
 
         right.clone_from(&self.grid.momentum);
+        let velocity = |boundary: usize, axis: usize, at: f64| model.boundaries[boundary].velocity(axis, at).unwrap_or(0.0);
+        if !model.walls.is_empty() {
+            let wanted = self.wall_values(model, |boundary, axis, _| velocity(boundary, axis, before));
+            self.matrix.add_walls(&wanted, &mut right);
+        }
         let rule = if wanted { model.projection } else { MassRule::Lumped };
         self.solve(rule, time, &old, &right, Field::Momentum, model)?;
         // PIC takes the whole nodal velocity: what the projection was held to counts too
         let gained = if model.flip_share < 1.0 { self.gained(rule, &old, &right, Field::Momentum) } else { vec![0.0; old.len()] };
         right.clone_from(&self.grid.force);
+        let drags = self.wall_values(model, |boundary, axis, now| {
+            let rise = velocity(boundary, axis, after) - now;
+            (if kick > 0.0 { rise / kick } else { 0.0 }) - self.gravity[axis]
+        });
+        if !drags.is_empty() {
+            self.matrix.add_walls(&drags, &mut right);
+        }
         self.solve(model.balance, time, &change, &right, Field::Force, model)?;
+        if !drags.is_empty() {
+            self.grid.spread_tied(true);
+            let pulls = self.matrix.wall_impulses(&drags, &self.grid.force);
+            self.count_walls(model, &pulls, kick, dt, after);
+        }
         let pushed = self.gained(model.balance, &change, &right, Field::Force);
         for (k, h) in change.iter().enumerate() {
             let flip = pushed[k];
@@ -119,7 +136,7 @@ impl Stepper {
 
     /// What held degrees of freedom have got beyond the right side of a solution.
     fn gained(&mut self, rule: MassRule, held: &[Held], right: &[Lanes], field: Field) -> Vec<f64> {
-        self.matrix_times(rule, field);
+        self.matrix_times(rule, field, true);
         let mut gained: Vec<f64> = held.iter().map(|h| self.product[h.node][h.lane] - right[h.node][h.lane]).collect();
         if matches!(rule, MassRule::Series(_)) {
             // a series that is cut short leaves a part at the free nodes too, which the particles get all the same: shared by mass
@@ -163,8 +180,8 @@ impl Stepper {
         Ok(())
     }
 
-    /// `product` = M times a field of the grid.
-    fn matrix_times(&mut self, rule: MassRule, field: Field) {
+    /// `product` = M times a field of the grid, with what walls add to M or without.
+    fn matrix_times(&mut self, rule: MassRule, field: Field, with_walls: bool) {
         self.product.clear();
         if rule.is_lumped() {
             let masses = self.grid.momentum.iter().map(|lanes| lanes[0]);
@@ -174,13 +191,13 @@ impl Stepper {
             };
             self.product.extend(values.iter().zip(masses).map(|(v, m)| v.map(|v| m * v)));
         } else {
-            self.product.extend_from_slice(self.matrix.times(field.of(&mut self.grid)));
+            self.product.extend_from_slice(self.matrix.times(field.of(&mut self.grid), with_walls));
         }
     }
 
     /// Kinetic energy of the nodes \[J\] (Andersen 2007, eqs 28 and 29).
     pub(super) fn nodal_kinetic_energy(&mut self, model: &Model) -> f64 {
-        self.matrix_times(model.projection, Field::Momentum);
+        self.matrix_times(model.projection, Field::Momentum, false);
         let dot = |(v, m): (&Lanes, &Lanes)| (1..4).map(|l| v[l] * m[l]).sum::<f64>();
         0.5 * self.grid.momentum.iter().zip(&self.product).map(dot).sum::<f64>()
     }

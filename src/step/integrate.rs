@@ -3,26 +3,42 @@
 
 use super::Stepper;
 use super::balance::is_empty;
+use super::edge::Edges;
+use super::extend::Extender;
 use super::load::deformation;
 use super::sparse::SparseRows;
 use crate::basis::{BATCH, Places};
 use crate::component::StepError;
-use crate::grid::Lanes;
-use crate::model::Model;
-use crate::quadrature::{CellQuadrature, FULL_SHARE, GridAxis, LineQuadrature, Point, Scratch, stretches};
+use crate::grid::{Lanes, Tied};
+use crate::model::{Lattice, Model};
+use crate::quadrature::{
+    CellQuadrature, CutCell, FULL_SHARE, GridAxis, LineQuadrature, Point, Scratch, SheetQuadrature, Trouble, stretches,
+};
 use crate::state::State;
 
 /// The points of one body, and memory for its fields.
 #[derive(Debug)]
-struct BodyPoints {
-    rule: Rule,
+pub(super) struct BodyPoints {
+    pub(super) rule: Rule,
     /// Place in memory of each particle, in the order of the lattice or of the ids.
-    places: Vec<u32>,
+    pub(super) places: Vec<u32>,
+}
+
+impl BodyPoints {
+    pub(super) fn points(&self) -> &[Point] {
+        self.rule.points()
+    }
+
+    /// The cells of a sheet.
+    pub(super) fn cells(&self) -> &[CutCell] {
+        if let Rule::Sheet(sheet) = &self.rule { sheet.cells() } else { &[] }
+    }
 }
 
 #[derive(Debug)]
-enum Rule {
+pub(super) enum Rule {
     Lines(LineQuadrature),
+    Sheet(Box<SheetQuadrature>),
     Cells(CellQuadrature),
 }
 
@@ -30,6 +46,7 @@ impl Rule {
     fn points(&self) -> &[Point] {
         match self {
             Self::Lines(lines) => lines.points(),
+            Self::Sheet(sheet) => sheet.points(),
             Self::Cells(cells) => cells.points(),
         }
     }
@@ -38,13 +55,15 @@ impl Rule {
 /// The points of all bodies where the particles are now.
 #[derive(Debug, Default)]
 pub(super) struct Integration {
-    bodies: Vec<BodyPoints>,
+    pub(super) bodies: Vec<BodyPoints>,
     is_current: bool,
     /// Shape functions at the points, with slopes.
-    rows: SparseRows,
+    pub(super) rows: SparseRows,
+    pub(super) edges: Edges,
+    pub(super) extender: Extender,
     /// By place in memory: whether the stress of a particle is integrated elsewhere.
     relieved: Vec<bool>,
-    columns: Vec<Vec<f64>>,
+    pub(super) columns: Vec<Vec<f64>>,
     of_1: Fields<1>,
     of_2: Fields<2>,
     of_3: Fields<3>,
@@ -55,12 +74,14 @@ pub(super) struct Integration {
 #[derive(Debug)]
 struct Fields<const K: usize> {
     scratch: Scratch<K>,
+    /// Coefficients of a sheet.
+    coefficients: Vec<f64>,
     values: Vec<[f64; K]>,
 }
 
 impl<const K: usize> Default for Fields<K> {
     fn default() -> Self {
-        Self { scratch: Scratch::default(), values: Vec::new() }
+        Self { scratch: Scratch::default(), coefficients: Vec::new(), values: Vec::new() }
     }
 }
 
@@ -70,6 +91,10 @@ impl<const K: usize> Fields<K> {
         let fields: [&[f64]; K] = std::array::from_fn(|k| columns[k].as_slice());
         match rule {
             Rule::Lines(lines) => lines.evaluate(fields, &mut self.scratch, &mut self.values),
+            Rule::Sheet(sheet) => {
+                sheet.fit(fields, &mut self.coefficients);
+                sheet.at_points(&self.coefficients, &mut self.values);
+            }
             Rule::Cells(cells) => cells.evaluate(fields, &mut self.values),
         }
     }
@@ -87,6 +112,10 @@ impl Integration {
         let width = model.axes[0].width();
         let bodies = model.bodies.iter().map(|body| {
             let rule = match &body.lattice {
+                Some(Lattice { sheet: Some((chart, sites)), .. }) => {
+                    let axes = axes(width);
+                    Rule::Sheet(Box::new(SheetQuadrature::new([&sites[0], &sites[1]], chart.is_joined(), [axes[0], axes[1]])))
+                }
                 // two on each half cell, as in the thesis; higher degrees take more
                 Some(lattice) => Rule::Lines(LineQuadrature::new(lattice.counts, &lattice.ends, &axes((width - 1).max(2)))),
                 // exact for the products of shape functions that a mass matrix is made of
@@ -134,16 +163,24 @@ impl Stepper {
                 None => points.places.extend(ids.map(|id| self.lookup[id as usize])),
             }
             let places = &points.places;
-            fill(&mut all.columns, 2 * d, places, |p, a| {
+            let columns = if body.lattice.as_ref().is_some_and(|lattice| lattice.sheet.is_some()) { d } else { 2 * d };
+            fill(&mut all.columns, columns, places, |p, a| {
                 if a < d { particles.position.column(a)[p] } else { body.half[a - d] * stretches(&deformation(d, state, p))[a - d] }
             });
-            let columns: Vec<&[f64]> = all.columns[..2 * d].iter().map(Vec::as_slice).collect();
+            let columns: Vec<&[f64]> = all.columns[..columns].iter().map(Vec::as_slice).collect();
             match &mut points.rule {
                 Rule::Lines(lines) => lines.prepare(&columns[..d], &columns[d..]).map_err(|fold| {
                     let [_, n1, n2] = body.lattice.as_ref().map_or([1; 3], |l| l.counts);
                     let place = places[(fold.index[0] * n1 + fold.index[1]) * n2 + fold.index[2]] as usize;
                     let reason = format!("a row of particles no longer leads up axis {}", ["x", "y", "z"][fold.axis]);
                     StepError::NoReconstruction { time: state.time, position: particles.position.row::<3>(place)[..d].to_vec(), reason }
+                })?,
+                Rule::Sheet(sheet) => sheet.prepare([columns[0], columns[1]]).map_err(|trouble| {
+                    let (place, reason) = match trouble {
+                        Trouble::Folded(place) => (place, "rows and columns of particles are folded there"),
+                        Trouble::Edge(lost) => (lost.position, "the edge of the body cannot be followed there"),
+                    };
+                    StepError::NoReconstruction { time: state.time, position: place.to_vec(), reason: reason.into() }
                 })?,
                 Rule::Cells(cells) => {
                     let volumes: Vec<f64> =
@@ -156,11 +193,17 @@ impl Stepper {
             }
             self.push_points(model, state.time, model.field(b as u16), points.rule.points(), true, &mut all.rows)?;
         }
+        if Edges::is_needed(model) {
+            self.place_edges(model, state.time, all)?;
+        }
+        if model.needs.extension {
+            self.extend(model, all);
+        }
         Ok(())
     }
 
     /// Appends the shape functions at points of a field.
-    fn push_points(
+    pub(super) fn push_points(
         &mut self,
         model: &Model,
         time: f64,
@@ -187,7 +230,8 @@ impl Stepper {
     pub(super) fn add_point_forces(&mut self, model: &Model, state: &State) {
         let mut all = std::mem::take(&mut self.integration);
         let mut first = 0;
-        for points in &all.bodies {
+        for body in 0..all.bodies.len() {
+            let points = &all.bodies[body];
             let d = model.dimension;
             // components xx; xx yy xy; xx yy zz yz xz xy
             let components: &[(usize, usize)] = match d {
@@ -226,6 +270,15 @@ impl Stepper {
                 }
             }
             first += rule.points().len();
+            if let (Rule::Sheet(sheet), true) = (rule, model.walls.iter().any(|(_, side)| side.body == body)) {
+                let mut stress: Vec<[f64; 3]> = Vec::new();
+                sheet.at_edge(&all.of_3.coefficients, &mut stress);
+                let at = |point: usize| {
+                    let [xx, yy, xy] = stress[point];
+                    nalgebra::Matrix3::new(xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, 0.0)
+                };
+                self.add_wall_tractions(model, &mut all, body, at);
+            }
         }
         self.integration = all;
     }
@@ -235,7 +288,14 @@ impl Stepper {
         let (mut matrix, mut all) = (std::mem::take(&mut self.matrix), std::mem::take(&mut self.integration));
         let mut shares = std::mem::take(&mut self.shares);
         self.grid.shares(&model.axes, &mut shares);
-        let made = matrix.set(model, &shares, |rows, mass| {
+        if model.needs.extension {
+            // what follows others needs no lumping; what could not is lumped
+            shares.fill(0.0);
+            all.extender.ragged.iter().for_each(|node| shares[*node] = 1.0);
+        }
+        // serendipity elements have theirs within the rows
+        let (tied, none) = (std::mem::take(&mut self.grid.tied), Tied::default());
+        let made = matrix.set(model, &shares, if model.needs.extension { &tied } else { &none }, |rows, mass| {
             let d = model.dimension;
             for (b, points) in all.bodies.iter().enumerate() {
                 let field = model.field(b as u16);
@@ -255,6 +315,10 @@ impl Stepper {
             }
             Ok(())
         });
+        self.grid.tied = tied;
+        if !model.walls.is_empty() {
+            self.set_walls(model, &all, &mut matrix);
+        }
         (self.matrix, self.integration, self.shares) = (matrix, all, shares);
         made
     }
@@ -281,6 +345,7 @@ impl Stepper {
         let mut values = Vec::new();
         all.at_points(model.dimension, |p, a| state.particles.velocity.column(a)[p], &mut values);
         self.matrix.to_nodes(&all.conserve(model, state, values, self.matrix.masses()), true, &mut self.grid.momentum);
+        all.velocity_at_edges(model, |p, a| state.particles.velocity.column(a)[p]);
         if forces && model.needs.body_force {
             let mut values = Vec::new();
             all.at_points(model.dimension, |p, a| self.body_force[a][p], &mut values);
@@ -324,7 +389,7 @@ impl Integration {
             let left = if let Rule::Cells(cells) = &points.rule { cells.left().count() } else { 0 };
             let own = start..start + points.rule.points().len() + left;
             start = own.end;
-            if matches!(points.rule, Rule::Lines(_)) {
+            if matches!(points.rule, Rule::Lines(_) | Rule::Sheet(_)) {
                 continue;
             }
             let whole: f64 = masses[own.clone()].iter().sum();
@@ -340,7 +405,7 @@ impl Integration {
 }
 
 /// Columns of a quantity at the particles at `places`.
-fn fill(columns: &mut Vec<Vec<f64>>, count: usize, places: &[u32], value: impl Fn(usize, usize) -> f64) {
+pub(super) fn fill(columns: &mut Vec<Vec<f64>>, count: usize, places: &[u32], value: impl Fn(usize, usize) -> f64) {
     columns.resize(columns.len().max(count), Vec::new());
     for (k, column) in columns.iter_mut().enumerate().take(count) {
         column.clear();

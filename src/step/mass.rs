@@ -5,9 +5,12 @@
 //! goes to both diagonals. The matrix stays symmetric and positive, and its row sums, so mass and momentum, stay what they are.
 
 use super::sparse::SparseRows;
-use crate::grid::Lanes;
+use crate::grid::{Lanes, Tied};
 use crate::model::{MassRule, Masses, Model};
 use crate::scene::MassSolver;
+
+/// A node that follows none.
+const NONE: u32 = u32::MAX;
 
 /// Iterations after which a solver has failed.
 const MOST_ITERATIONS: usize = 10_000;
@@ -40,6 +43,14 @@ pub(super) struct MassMatrix {
     direction: Vec<Lanes>,
     product: Vec<Lanes>,
     masked: Vec<Lanes>,
+    /// Nodes that follow others: the matrix is that of their masters.
+    tied: Tied,
+    /// Place of a node in that list.
+    follows: Vec<u32>,
+    /// Points of edges that stick to walls.
+    walls: SparseRows,
+    /// How strongly they do, by lane \[kg\]: a mass that moves with the wall.
+    strength: Vec<Lanes>,
 }
 
 /// A solver did not get down to its residual.
@@ -55,6 +66,7 @@ impl MassMatrix {
         &mut self,
         model: &Model,
         shares: &[f64],
+        tied: &Tied,
         fill: impl FnOnce(&mut SparseRows, &mut Vec<f64>) -> Result<(), E>,
     ) -> Result<(), E> {
         self.rows.clear(model);
@@ -64,12 +76,21 @@ impl MassMatrix {
             values.clear();
             values.resize(shares.len(), 0.0);
         }
+        self.tied.clone_from(tied);
+        self.follows.clear();
+        self.follows.resize(shares.len(), NONE);
+        for (k, (node, _)) in tied.iter().enumerate() {
+            self.follows[node] = k as u32;
+        }
+        let mut row = Vec::new();
         for p in 0..self.rows.len() {
-            for (node, weight) in self.rows.row(p) {
+            reduce(&self.rows, p, tied, &self.follows, &mut row);
+            for &(node, weight) in &row {
                 self.diagonal[node] += self.mass[p] * weight * weight;
                 self.lumped[node] += self.mass[p] * weight;
             }
         }
+        self.strength.clear();
         self.positive = model.masses == Masses::Positive;
         let largest = self.diagonal.iter().copied().fold(0.0, f64::max);
         for (diagonal, mass) in self.diagonal.iter_mut().zip(&self.lumped) {
@@ -80,6 +101,37 @@ impl MassMatrix {
         }
         self.lump_light(model.lump_below, shares);
         Ok(())
+    }
+
+    /// Takes over points of edges that stick to walls, with the strength by lane.
+    pub(super) fn set_walls(&mut self, walls: &SparseRows, strength: Vec<Lanes>) {
+        let mut row = Vec::new();
+        for (p, strength) in strength.iter().enumerate() {
+            reduce(walls, p, &self.tied, &self.follows, &mut row);
+            for &(node, weight) in &row {
+                // one preconditioner for all lanes
+                self.diagonal[node] += weight * weight * strength.iter().copied().fold(0.0, f64::max);
+            }
+        }
+        self.walls.clone_from(walls);
+        self.strength = strength;
+    }
+
+    /// Adds what walls with these velocities give to the right side.
+    pub(super) fn add_walls(&self, velocities: &[Lanes], to: &mut [Lanes]) {
+        for (p, (v, strength)) in velocities.iter().zip(&self.strength).enumerate() {
+            self.walls.add(p, std::array::from_fn(|lane| strength[lane] * v[lane]), to);
+        }
+        self.tied.fold(to);
+    }
+
+    /// Impulse of the walls on a field \[kg times its unit\], point by point: what is still missing from `velocities`.
+    pub(super) fn wall_impulses(&self, velocities: &[Lanes], field: &[Lanes]) -> Vec<Lanes> {
+        let of = |(p, (v, strength)): (usize, (&Lanes, &Lanes))| {
+            let now = self.walls.value(p, field);
+            std::array::from_fn(|lane| strength[lane] * (v[lane] - now[lane]))
+        };
+        velocities.iter().zip(&self.strength).enumerate().map(of).collect()
     }
 
     /// Mass at each point \[kg\].
@@ -117,14 +169,18 @@ impl MassMatrix {
         }
     }
 
-    /// `product` = M `field`.
-    fn apply(&mut self, field: &[Lanes]) {
-        let Self { rows, mass, light, lumped, shared, product, masked, .. } = self;
+    /// `product` = M `field`, with what walls add or without.
+    fn apply(&mut self, field: &[Lanes], with_walls: bool) {
+        let Self { rows, mass, light, lumped, shared, product, masked, tied, walls, strength, .. } = self;
         product.clear();
         product.resize(field.len(), Lanes::default());
-        let seen = if self.any_light {
+        let seen = if self.any_light || !tied.is_empty() {
             masked.clear();
-            masked.extend(field.iter().zip(light.iter()).map(|(v, light)| if *light { Lanes::default() } else { *v }));
+            masked.extend_from_slice(field);
+            tied.spread(masked);
+            if self.any_light {
+                masked.iter_mut().zip(light.iter()).filter(|(_, light)| **light).for_each(|(v, _)| *v = Lanes::default());
+            }
             masked.as_slice()
         } else {
             field
@@ -133,6 +189,13 @@ impl MassMatrix {
             let value = rows.value(p, seen);
             rows.add(p, value.map(|v| mass[p] * v), product);
         }
+        if with_walls {
+            for (p, strength) in strength.iter().enumerate() {
+                let value = walls.value(p, seen);
+                walls.add(p, std::array::from_fn(|lane| strength[lane] * value[lane]), product);
+            }
+        }
+        tied.fold(product);
         if self.any_light {
             for node in 0..field.len() {
                 for lane in 0..4 {
@@ -144,8 +207,8 @@ impl MassMatrix {
     }
 
     /// M `field`, valid until the next call.
-    pub(super) fn times(&mut self, field: &[Lanes]) -> &[Lanes] {
-        self.apply(field);
+    pub(super) fn times(&mut self, field: &[Lanes], with_walls: bool) -> &[Lanes] {
+        self.apply(field, with_walls);
         &self.product
     }
 
@@ -178,7 +241,7 @@ impl MassMatrix {
 
     /// `residual` = right side - M x, zero where x is held.
     fn find_residual(&mut self, held: &[Held], right: &[Lanes], x: &[Lanes]) {
-        self.apply(x);
+        self.apply(x, true);
         self.residual.clear();
         self.residual.extend(right.iter().zip(&self.product).map(|(r, m)| std::array::from_fn::<f64, 4, _>(|l| r[l] - m[l])));
         for h in held {
@@ -239,7 +302,7 @@ impl MassMatrix {
                 }
             }
             before = now;
-            self.apply(&direction);
+            self.apply(&direction, true);
             for h in held {
                 self.product[h.node][h.lane] = 0.0;
             }
@@ -280,6 +343,29 @@ impl MassMatrix {
             }
         }
         sum
+    }
+}
+
+/// A row of functions, with those of tied nodes counted to their masters.
+fn reduce(rows: &SparseRows, point: usize, tied: &Tied, follows: &[u32], row: &mut Vec<(usize, f64)>) {
+    row.clear();
+    row.extend(rows.row(point));
+    if tied.is_empty() {
+        return;
+    }
+    let own = row.len();
+    for k in 0..own {
+        let (node, weight) = row[k];
+        if follows[node] == NONE {
+            continue;
+        }
+        row[k].1 = 0.0;
+        for &(master, share) in tied.masters(follows[node] as usize) {
+            match row.iter_mut().find(|(known, _)| *known == master as usize) {
+                Some((_, sum)) => *sum += share * weight,
+                None => row.push((master as usize, share * weight)),
+            }
+        }
     }
 }
 
@@ -340,7 +426,7 @@ mod tests {
         let (model, _) = Model::new(&Scene::from_toml(&text).unwrap()).unwrap();
         let stepper = Stepper::new(&model);
         let mut matrix = MassMatrix::default();
-        let set: Result<(), usize> = matrix.set(&model, &[1.0; 12], |rows, mass| {
+        let set: Result<(), usize> = matrix.set(&model, &[1.0; 12], &Tied::default(), |rows, mass| {
             let mut stencils = StencilRows::default();
             for x in places {
                 let place = Places { position: [[*x; BATCH]; 3], half: [[0.0; BATCH]; 3] };
@@ -366,7 +452,7 @@ mod tests {
     fn solvers_invert_what_times_does() {
         let (mut matrix, _) = matrix(&full(), 0.1);
         let exact = field(|i| (i as f64).sin());
-        let right = matrix.times(&exact).to_vec();
+        let right = matrix.times(&exact, false).to_vec();
         for solver in [MassSolver::Pcg, MassSolver::Richardson] {
             let mut x = field(|_| 0.0);
             let rule = MassRule::Solved { solver, residual: 1e-12 };
@@ -380,7 +466,7 @@ mod tests {
     #[test]
     fn the_series_is_richardson_cut_short() {
         let (mut matrix, _) = matrix(&full(), 0.1);
-        let right = matrix.times(&field(|i| (i as f64).sin())).to_vec();
+        let right = matrix.times(&field(|i| (i as f64).sin()), false).to_vec();
         let mut errors = Vec::new();
         for terms in [1, 2, 4, 8, 16] {
             let mut x = field(|_| 0.0);
@@ -397,7 +483,7 @@ mod tests {
     fn held_values_stay_and_drive_the_others() {
         let (mut matrix, _) = matrix(&full(), 0.1);
         let exact = field(|i| 1.0 + i as f64);
-        let right = matrix.times(&exact).to_vec();
+        let right = matrix.times(&exact, false).to_vec();
         let held = [Held { node: 0, lane: 1, value: 1.0 }, Held { node: 11, lane: 1, value: 12.0 }];
         let mut x = field(|_| 0.0);
         let rule = MassRule::Solved { solver: MassSolver::Pcg, residual: 1e-12 };
@@ -415,10 +501,10 @@ mod tests {
         assert!(!raw.any_light && mended.any_light);
         let field = field(|i| (0.7 * i as f64).cos());
         let sum = |v: &[Lanes]| v.iter().map(|l| l[1]).sum::<f64>();
-        let (a, b) = (raw.times(&field).to_vec(), mended.times(&field).to_vec());
+        let (a, b) = (raw.times(&field, false).to_vec(), mended.times(&field, false).to_vec());
         // row sums: a constant field has the same momentum, node by node
         let ones: Vec<Lanes> = vec![[1.0; 4]; 12];
-        for (r, m) in raw.times(&ones).to_vec().iter().zip(mended.times(&ones)) {
+        for (r, m) in raw.times(&ones, false).to_vec().iter().zip(mended.times(&ones, false)) {
             assert!((r[1] - m[1]).abs() < 1e-14);
         }
         assert!((sum(&a) - sum(&b)).abs() < 1e-13, "columns sum up to the lumped mass too: the matrix is symmetric");

@@ -12,6 +12,8 @@
 
 mod balance;
 mod contact;
+mod edge;
+mod extend;
 mod g2p;
 mod integrate;
 pub(crate) mod limit;
@@ -126,6 +128,9 @@ impl Stepper {
         self.contact(model, Some(kick));
         self.leave_to_light_nodes(model);
         self.grid.spread_tied(true);
+        if model.needs.work {
+            state.external_work += self.side_work(kick, dt);
+        }
         match model.integrator {
             Integrator::Usl => self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: Some(dt), strain: Some(dt) })?,
             Integrator::Usf => {

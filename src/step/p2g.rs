@@ -1,10 +1,11 @@
 //! Stage 3: mass, momentum and forces from the particles to the grid, and the second projection of MUSL and USF.
 
 use super::balance::{Field, is_empty};
+use super::edge::Edges;
 use super::{Stepper, Wrong, for_each, with_tile, worth_sharing};
 use crate::basis::BATCH;
 use crate::component::StepError;
-use crate::grid::Lanes;
+use crate::grid::{Lanes, Tied};
 use crate::model::Model;
 use crate::state::State;
 use crate::transfer::{Rows, ScatterTask};
@@ -61,6 +62,9 @@ impl Stepper {
         }
         if forces {
             self.add_surface_forces(model, state);
+            if Edges::is_needed(model) {
+                self.add_side_forces(model, state)?;
+            }
         }
         self.grid.fold_tied(forces);
         if self.wrong == Some(Wrong::ProductMomentum) {
@@ -76,6 +80,9 @@ impl Stepper {
         if model.quadrature_of_velocity {
             self.assemble(model, state)?;
             self.sum_at_points(model, state, forces);
+            if model.needs.extension {
+                self.grid.fold_tied(forces);
+            }
         }
         Ok(())
     }
@@ -96,6 +103,10 @@ impl Stepper {
             let held = self.held(model, |boundary, axis| boundary.velocity(axis, time));
             let mut right = std::mem::take(&mut self.right);
             right.clone_from(&self.grid.momentum);
+            if !model.walls.is_empty() {
+                let wanted = self.wall_values(model, |boundary, axis, _| model.boundaries[boundary].velocity(axis, time).unwrap_or(0.0));
+                self.matrix.add_walls(&wanted, &mut right);
+            }
             self.solve(model.projection, time, &held, &right, Field::Momentum, model)?;
             self.right = right;
         }
@@ -115,7 +126,7 @@ impl Stepper {
         } else {
             let Self { matrix, grid, kernels, rows, shares, .. } = self;
             grid.shares(&model.axes, shares);
-            matrix.set(model, shares, |points, mass| {
+            matrix.set(model, shares, &Tied::default(), |points, mass| {
                 mass.extend_from_slice(&state.particles.mass);
                 let particles = Rows::new(&mut state.particles);
                 for (b, bin) in state.bins.iter().enumerate() {

@@ -6,7 +6,7 @@ use crate::model::Model;
 use crate::transfer::StencilRows;
 
 /// A row a point: the shape functions there. All rows have as many entries.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct SparseRows {
     entries: usize,
     nodes: Vec<u32>,

@@ -150,11 +150,21 @@ impl CutQuadrature {
         let last = Stretch { curve: stretches[0].curve, range: [stretches[0].range[0], middle] };
         stretches[0].range[0] = middle;
         stretches.push(last);
-        let first = cell;
-        for stretch in &stretches {
-            self.step(stretch, &curves[stretch.curve[1] as usize], &mut cell)?;
+        // An edge that wavers about a grid line is in the cell it has been in before: the second walk knows where it comes from.
+        let known = (self.edge.len(), self.pieces.len(), [self.crossings[0].len(), self.crossings[1].len()]);
+        for _ in 0..2 {
+            let first = cell;
+            for stretch in &stretches {
+                self.step(stretch, &curves[stretch.curve[1] as usize], &mut cell)?;
+            }
+            if cell == first {
+                return Ok(());
+            }
+            self.edge.truncate(known.0);
+            self.pieces.truncate(known.1);
+            (0..2).for_each(|a| self.crossings[a].truncate(known.2[a]));
         }
-        if cell == first { Ok(()) } else { Err(Lost { position: curves[0].at(0.0)[0] }) }
+        Err(Lost { position: curves[0].at(0.0)[0] })
     }
 
     /// Where it is clear in which cell a loop runs: the stretch, the parameter, and the cell.

@@ -1,0 +1,242 @@
+//! The edge of sheets: tractions and pressures on it, and walls that it sticks to.
+//!
+//! A wall holds the velocity of an edge wherever it lies in the grid. The traction of the body on it, t = sigma n, is part of the balance
+//! of momentum, so that the exact solution fulfils it (Nitsche 1971); and each point of the edge drags a mass `strength` that moves with the wall,
+//! which the edge follows within a step: (M + B) a = f + B (v_wall - v) / kick, with B = sum strength N N^T over the points. No node is held, the
+//! matrix stays symmetric and positive, and the stable step is that of the body alone.
+
+use super::integrate::{Integration, Rule};
+use super::sparse::SparseRows;
+use super::{Stepper, integrate};
+use crate::component::StepError;
+use crate::grid::Lanes;
+use crate::model::{Model, Side, Target};
+use crate::quadrature::Point;
+use crate::state::State;
+use nalgebra::{Matrix3, Vector3};
+
+/// Mass that a length of held edge drags, over that of a strip of the body as wide as a cell.
+///
+/// The edge strays from its wall by the error of the traction over this: a vortex between two walls has the same error from 10 to 1000
+/// (`tests/high_order.rs`).
+const STRENGTH: f64 = 100.0;
+
+/// Points of the edges that something acts on.
+#[derive(Debug, Default)]
+pub(super) struct Edges {
+    pub(super) walls: SparseRows,
+    loads: SparseRows,
+    /// Of each wall, in the order of `Model::walls`: its points of the edge of its body.
+    held: Vec<Vec<u32>>,
+    /// The same for each load on a side.
+    loaded: Vec<(usize, Vec<u32>)>,
+    /// Velocity of the particles at the points of the walls \[m/s\].
+    velocity: Vec<Lanes>,
+    /// Velocity of the particles at the points of the loads \[m/s\].
+    loaded_velocity: Vec<Lanes>,
+    /// Force on each of these \[N\].
+    force: Vec<Lanes>,
+    /// Force of each wall by the stress of the body \[N\].
+    traction: Vec<[f64; 3]>,
+}
+
+impl Edges {
+    /// Whether anything acts on an edge.
+    pub(super) fn is_needed(model: &Model) -> bool {
+        !model.walls.is_empty() || model.loads.iter().any(|load| load.side.is_some())
+    }
+}
+
+fn lanes(v: [f64; 3]) -> Lanes {
+    [0.0, v[0], v[1], v[2]]
+}
+
+/// Points of a side.
+fn on_side(all: &Integration, side: &Side) -> Vec<u32> {
+    let Some(Rule::Sheet(sheet)) = all.bodies.get(side.body).map(|body| &body.rule) else { return Vec::new() };
+    let is_there = |(i, point): (usize, &crate::quadrature::SidePoint)| (point.side == (side.axis, side.upper)).then_some(i as u32);
+    sheet.sides().iter().enumerate().filter_map(is_there).collect()
+}
+
+impl Stepper {
+    /// Finds the points of edges that something acts on, and the functions there.
+    pub(super) fn place_edges(&mut self, model: &Model, time: f64, all: &mut Integration) -> Result<(), StepError> {
+        let mut edges = std::mem::take(&mut all.edges);
+        edges.walls.clear(model);
+        edges.loads.clear(model);
+        edges.held = model.walls.iter().map(|(_, side)| on_side(all, side)).collect();
+        edges.loaded = model.loads.iter().enumerate().filter_map(|(number, load)| Some((number, on_side(all, &load.side?)))).collect();
+        for ((_, side), points) in model.walls.iter().zip(&edges.held) {
+            self.push_edge(model, time, all, side, points, &mut edges.walls)?;
+        }
+        for (number, points) in &edges.loaded {
+            if let Some(side) = &model.loads[*number].side {
+                self.push_edge(model, time, all, side, points, &mut edges.loads)?;
+            }
+        }
+        all.edges = edges;
+        Ok(())
+    }
+
+    fn push_edge(
+        &mut self,
+        model: &Model,
+        time: f64,
+        all: &Integration,
+        side: &Side,
+        points: &[u32],
+        rows: &mut SparseRows,
+    ) -> Result<(), StepError> {
+        let Rule::Sheet(sheet) = &all.bodies[side.body].rule else { return Ok(()) };
+        let place = |point: &u32| {
+            let point = &sheet.edge()[*point as usize];
+            Point { cell: [point.cell[0], point.cell[1], 0], position: [point.position[0], point.position[1], 0.0], weight: 0.0 }
+        };
+        let points: Vec<Point> = points.iter().map(place).collect();
+        self.push_points(model, time, model.field(side.body as u16), &points, false, rows)
+    }
+
+    /// Adds tractions and pressures on sides. Their sum and moment are those of the edge, for the functions add up to 1 and to the place.
+    pub(super) fn add_side_forces(&mut self, model: &Model, state: &State) -> Result<(), StepError> {
+        let all = &mut self.integration;
+        all.edges.force.clear();
+        let mut row = 0;
+        for (number, points) in &all.edges.loaded {
+            let load = &model.loads[*number];
+            let Some(side) = load.side else { continue };
+            let (Rule::Sheet(sheet), Some((chart, _))) =
+                (&all.bodies[side.body].rule, model.bodies[side.body].lattice.as_ref().and_then(|lattice| lattice.sheet.as_ref()))
+            else {
+                continue;
+            };
+            for point in points {
+                let (on_side, now) = (&sheet.sides()[*point as usize], &sheet.edge()[*point as usize]);
+                let mut at = [on_side.along; 2];
+                at[side.axis] = f64::from(u8::from(side.upper));
+                let value = load.signal.value(chart.place(at), state.time, &state.inputs[*number]);
+                if value.iter().any(|v| !v.is_finite()) {
+                    return Err(StepError::BadLoad { time: state.time, load: load.name.clone() });
+                }
+                let force = if matches!(load.target, Target::Pressure(_)) {
+                    [-value[0] * now.area[0], -value[0] * now.area[1], 0.0]
+                } else {
+                    value.map(|v| v * chart.stretch(1 - side.axis, at) * on_side.share)
+                };
+                all.edges.loads.add(row, lanes(force), &mut self.grid.force);
+                all.edges.force.push(lanes(force));
+                row += 1;
+            }
+        }
+        Ok(())
+    }
+
+    /// Work of loads on sides over a step, once accelerations are known \[J\].
+    pub(super) fn side_work(&self, kick: f64, dt: f64) -> f64 {
+        let edges = &self.integration.edges;
+        let of = |(row, force): (usize, &Lanes)| {
+            let a = edges.loads.value(row, &self.grid.force);
+            (1..4).map(|lane| force[lane] * (edges.loaded_velocity[row][lane] + kick * a[lane]) * dt).sum::<f64>()
+        };
+        edges.force.iter().enumerate().map(of).sum()
+    }
+
+    /// Adds the tractions on the walls of a body from its stress at all points of its edge.
+    pub(super) fn add_wall_tractions(&mut self, model: &Model, all: &mut Integration, body: usize, stress: impl Fn(usize) -> Matrix3<f64>) {
+        let Rule::Sheet(sheet) = &all.bodies[body].rule else { return };
+        all.edges.traction.resize(model.walls.len(), [0.0; 3]);
+        let mut row = 0;
+        for (wall, (boundary, side)) in model.walls.iter().enumerate() {
+            let points = &all.edges.held[wall];
+            if side.body == body {
+                let mut sum = [0.0; 3];
+                for (k, point) in points.iter().enumerate() {
+                    let area = sheet.edge()[*point as usize].area;
+                    let pull = stress(*point as usize) * Vector3::new(area[0], area[1], 0.0);
+                    let held = |a: usize| if model.boundaries[*boundary].holds_axis(a) { pull[a] } else { 0.0 };
+                    let force = [held(0), held(1), 0.0];
+                    (0..3).for_each(|a| sum[a] += force[a]);
+                    all.edges.walls.add(row + k, lanes(force), &mut self.grid.force);
+                }
+                all.edges.traction[wall] = sum;
+            }
+            row += points.len();
+        }
+    }
+
+    /// Hands the points of the walls to the mass matrix.
+    pub(super) fn set_walls(&mut self, model: &Model, all: &Integration, matrix: &mut super::mass::MassMatrix) {
+        let mut strength = Vec::new();
+        for ((boundary, side), points) in model.walls.iter().zip(&all.edges.held) {
+            let Rule::Sheet(sheet) = &all.bodies[side.body].rule else { continue };
+            let of_length = STRENGTH * model.bodies[side.body].density * model.cell();
+            for point in points {
+                let area = sheet.edge()[*point as usize].area;
+                let own = of_length * area[0].hypot(area[1]);
+                strength.push(lanes([0, 1, 2].map(|a| if model.boundaries[*boundary].holds_axis(a) { own } else { 0.0 })));
+            }
+        }
+        matrix.set_walls(&all.edges.walls, strength);
+    }
+
+    /// What the walls want of a field, point by point: `value` of the boundary, the axis and the velocity of the particles there.
+    pub(super) fn wall_values(&self, model: &Model, value: impl Fn(usize, usize, f64) -> f64) -> Vec<Lanes> {
+        let edges = &self.integration.edges;
+        let boundaries = model.walls.iter().zip(&edges.held).flat_map(|((boundary, _), points)| points.iter().map(move |_| *boundary));
+        boundaries
+            .enumerate()
+            .map(|(row, boundary)| {
+                let velocity = edges.velocity.get(row).copied().unwrap_or_default();
+                lanes([0, 1, 2].map(|a| if model.boundaries[boundary].holds_axis(a) { value(boundary, a, velocity[1 + a]) } else { 0.0 }))
+            })
+            .collect()
+    }
+
+    /// Adds what the walls did in a kick to the reactions, and to the work: `pulls` are their forces beside the traction, point by point \[N\].
+    pub(super) fn count_walls(&mut self, model: &Model, pulls: &[Lanes], kick: f64, dt: f64, time: f64) {
+        let edges = &self.integration.edges;
+        let mut row = 0;
+        for (wall, (boundary, _)) in model.walls.iter().enumerate() {
+            for axis in 0..model.dimension {
+                let points = &pulls[row..row + edges.held[wall].len()];
+                let force = edges.traction[wall][axis] + points.iter().map(|pull| pull[1 + axis]).sum::<f64>();
+                self.impulse[*boundary][axis] += force * kick;
+                self.boundary_work += force * model.boundaries[*boundary].velocity(axis, time).unwrap_or(0.0) * dt;
+            }
+            row += edges.held[wall].len();
+        }
+    }
+}
+
+impl Integration {
+    /// Takes the velocity of the particles to the points of edges; `columns` are its components.
+    pub(super) fn velocity_at_edges(&mut self, model: &Model, velocity: impl Fn(usize, usize) -> f64) {
+        if !Edges::is_needed(model) {
+            return;
+        }
+        let mut of_bodies: Vec<Vec<[f64; 2]>> = Vec::new();
+        for body in &self.bodies {
+            let mut values = Vec::new();
+            if let Rule::Sheet(sheet) = &body.rule {
+                integrate::fill(&mut self.columns, 2, &body.places, &velocity);
+                let mut coefficients = Vec::new();
+                sheet.fit([&self.columns[0], &self.columns[1]], &mut coefficients);
+                sheet.at_edge::<2>(&coefficients, &mut values);
+            }
+            of_bodies.push(values);
+        }
+        let of = |body: usize, point: &u32| {
+            let [x, y] = of_bodies[body][*point as usize];
+            [0.0, x, y, 0.0]
+        };
+        let Edges { held, loaded, velocity, loaded_velocity, .. } = &mut self.edges;
+        velocity.clear();
+        for ((_, side), points) in model.walls.iter().zip(held) {
+            velocity.extend(points.iter().map(|point| of(side.body, point)));
+        }
+        loaded_velocity.clear();
+        for (number, points) in loaded {
+            let Some(side) = &model.loads[*number].side else { continue };
+            loaded_velocity.extend(points.iter().map(|point| of(side.body, point)));
+        }
+    }
+}
