@@ -122,7 +122,7 @@ fn a_particle_at_the_far_end_of_the_grid_is_in_it() {
 
 #[test]
 fn affine_transfers_rotate_a_body_without_strain() {
-    // one step of a rotation: affine transfers hand the grid the exact velocity, so the strain is that of the step itself, of order (w dt)^2
+    // one step of a rotation: affine transfers hand the grid the exact velocity; the strain is that of the step itself, of order (w dt)^2
     for (degree, integrator, transfer) in all().filter(|(.., transfer)| matches!(*transfer, "apic" | "asflip")) {
         for law in ["hypo_elastic", "neo_hookean", "hencky"] {
             let stress = |step: f64| {

@@ -73,8 +73,8 @@ pub struct Method {
     /// Share of FLIP, 0 to 1; the rest is PIC in a FLIP transfer (1 if left out), APIC in an ASFLIP transfer (0.99 if left out).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub flip_share: Option<f64>,
-    /// Share of its own velocity with which a particle moves in an ASFLIP transfer where it is not compressed, 0 to 1; the rest, and all of
-    /// it elsewhere, is the velocity of the grid. 1 if left out.
+    /// Share of its own velocity with which a particle moves in an ASFLIP transfer where it is neither compressed nor next to a boundary, 0
+    /// to 1; the rest, and all of it elsewhere, is the velocity of the grid. 1 if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub separation: Option<f64>,
     /// A node lighter than this share of the lightest particle, 0 to 1, is nearly empty. A consistent mass matrix is lumped there (1 if left
@@ -260,8 +260,8 @@ pub enum Mass {
     /// The full matrix, solved in each step. The stable step is about a sixth of that with lumped mass.
     Consistent,
     /// The first `fmpm_order` terms of the series of its inverse (Nairn and Hammerquist 2021). With `balance_mass = "lumped"` and
-    /// `transfer = "pic"` particles take the velocity of XPIC(m), m terms (Hammerquist and Nairn 2017), and move with it; the paper moves them
-    /// with what a lumped mass makes of their velocity, and half its change.
+    /// `transfer = "pic"` particles take the velocity of XPIC(m), m terms (Hammerquist and Nairn 2017), and move with it; the paper moves
+    /// them with what a lumped mass makes of their velocity, and half its change.
     Fmpm,
 }
 
@@ -334,9 +334,9 @@ pub enum Transfer {
     /// Affine particle-in-cell: keeps linear and angular momentum, filters noise.
     Apic,
     /// Affine separable FLIP (Fei et al. 2021), for USF and USL: APIC, to which particles add the share `flip_share` of their own velocity
-    /// that the grid has not got, and with which they move where they are not compressed (`separation`). Bodies that share a velocity field
-    /// part more easily; less is dissipated. Angular momentum is kept less well than by APIC, and deformation is no longer exactly the
-    /// gradient of the motion.
+    /// that the grid has not got, and with which they move where they are neither compressed nor next to a boundary (`separation`). Bodies
+    /// that share a velocity field part more easily; less of a vibration is lost. Angular momentum is kept less well than by APIC, and
+    /// deformation is no longer exactly the gradient of the motion.
     Asflip,
 }
 

@@ -125,6 +125,7 @@ impl Stepper {
         self.balance(model, state, kick, dt, model.needs_nodal_velocity())?;
         self.contact(model, Some(kick));
         self.leave_to_light_nodes(model);
+        self.mark_held_nodes(model);
         self.grid.spread_tied(true);
         match model.integrator {
             Integrator::Usl => self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: Some(dt), strain: Some(dt) })?,

@@ -8,7 +8,7 @@ use crate::material::{Increment, embed};
 use crate::model::Model;
 use std::ops::Range;
 
-/// Volume ratio from which a particle counts as not compressed: a little below 1, so that one at rest is none whatever its round-off (Fei et
+/// Volume ratio from which a particle counts as not compressed: a little below 1, so that one at rest does whatever its round-off (Fei et
 /// al. 2021, the code of the authors).
 const NOT_COMPRESSED: f64 = 0.999;
 
@@ -202,7 +202,7 @@ unsafe fn update<const D: usize, const GRADIENT: bool, const AFFINE: bool, const
         let mut position = unsafe { rows.vector::<D, 3>(&rows.position, p) };
         let mut motion: [f64; D] = std::array::from_fn(|a| dt * sample.velocity[1 + a]);
         // SAFETY: row p is ours, and there is an affine matrix where particles separate.
-        if task.separation > 0.0 && unsafe { separates::<D>(task, p, dt) } {
+        if task.separation > 0.0 && sample.acceleration[0] == 0.0 && unsafe { separates::<D>(task, p, dt) } {
             // SAFETY: row p is ours.
             let own = unsafe { rows.vector::<D, 3>(&rows.velocity, p) };
             for a in 0..D {
@@ -332,7 +332,7 @@ fn inverse<const D: usize>(m: &[[f64; D]; D]) -> Option<[[f64; D]; D]> {
     Some(std::array::from_fn(|r| std::array::from_fn(|c| inverse[(r, c)])))
 }
 
-/// Grid fields at a particle. Lane 0 carries nothing of use.
+/// Grid fields at a particle. Lane 0 carries nothing of use but that of the acceleration, which is not zero near held nodes (ASFLIP).
 #[derive(Clone, Copy, Default)]
 struct Sample {
     velocity: Lanes,
