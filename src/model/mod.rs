@@ -46,7 +46,7 @@ pub(crate) struct Model {
     /// When Newton's method stops.
     pub(crate) newton: Rules,
     pub(crate) transfer: Transfer,
-    /// Share of FLIP; 0 for PIC and APIC.
+    /// Share of FLIP, of ASFLIP beside APIC; 0 for PIC and APIC.
     pub(crate) flip_share: f64,
     /// Share of its own velocity with which a particle moves where it separates; 0 but for ASFLIP.
     pub(crate) separation: f64,
