@@ -152,6 +152,9 @@ fn plane_strain_is_a_slab_between_walls() {
             continue;
         } else if method.contains("mass") {
             format!("{method}, mass_tolerance = 0.01")
+        } else if method.contains("asflip") {
+            // every particle of the slab is next to a boundary, where none moves with its own velocity
+            format!("{method}, separation = 0")
         } else {
             (*method).to_owned()
         };

@@ -290,7 +290,7 @@ fn asflip_without_flip_is_apic() {
 
 /// Energy left of a bar after ten periods of its first mode.
 #[test]
-fn asflip_dissipates_less_than_apic_and_more_than_flip() {
+fn asflip_keeps_more_of_a_vibration_than_apic() {
     let left = |transfer: &str, integrator: &str| {
         let text = format!(
             r#"
