@@ -60,8 +60,8 @@
 //! 5. Adapters see only [`component`]; nothing sees them. Names, units, shapes and docs of variables live in one list.
 //! 6. A failed step leaves the state as it was and says which particle, where and when. No silent reset, no clamp that hides a fault.
 //! 7. Results are bitwise the same for any number of threads (on one kind of CPU), and for a run cut in two by a snapshot.
-//! 8. What a scene does not need costs nothing: no affine matrix without APIC, no history without rate laws, no empty blocks, no second
-//!    velocity field without contact, no mass matrix and no quadrature points unless asked for.
+//! 8. What a scene does not need costs nothing: no affine matrix without APIC or ASFLIP, no history without rate laws, no empty blocks, no
+//!    second velocity field without contact, no mass matrix and no quadrature points unless asked for.
 //!
 //! # Where this differs from the plan of the house, and why
 //!

@@ -86,7 +86,7 @@ pub(crate) struct Particles {
     pub(crate) velocity: Table,
     /// Deformation gradient \[-\], (n, D D), row by row.
     pub(crate) deformation: Table,
-    /// Affine matrix of APIC \[1/s\], (n, D D), row by row; empty for other transfers.
+    /// Affine matrix of APIC and ASFLIP \[1/s\], (n, D D), row by row; empty for other transfers.
     pub(crate) affine: Table,
     /// History of the material laws, (n, up to 7); empty for laws without.
     pub(crate) history: Table,

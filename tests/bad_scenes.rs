@@ -93,7 +93,12 @@ const BEAM_CASES: &[Case] = &[
     ("probe outside", "at = [8.0, 0.0]", "at = [9.0, 0.0]", ":33:6: probe.tip.at: is (9, 0), more than a cell outside body `beam`"),
     ("degree too high", "transfer = \"flip\"", "degree = 9", ":36:10: method.degree: is 9; must be 1 to 5"),
     ("degree of a linear basis", "transfer = \"flip\"", "basis = \"linear\"\ndegree = 2", ":37:10: method.degree: is for basis = \"bspline\" only"),
-    ("share of another transfer", "transfer = \"flip\"", "transfer = \"apic\"\nflip_share = 0.9", ":37:14: method.flip_share: is for transfer = \"flip\" only"),
+    ("share of another transfer", "transfer = \"flip\"", "transfer = \"apic\"\nflip_share = 0.9", ":37:14: method.flip_share: is for transfer = \"flip\" or \"asflip\" only"),
+    ("separation of another transfer", "transfer = \"flip\"", "transfer = \"apic\"\nseparation = 0.9", ":37:14: method.separation: is for transfer = \"asflip\" only"),
+    ("separation above one", "transfer = \"flip\"", "transfer = \"asflip\"\nintegrator = \"usl\"\nseparation = 1.5", "method.separation: is 1.5; must be 0 to 1"),
+    ("separation after the kick", "transfer = \"flip\"", "transfer = \"asflip\"", "method.transfer: is \"asflip\": musl moves particles by what is projected after the kick"),
+    ("separation with linear functions", "transfer = \"flip\"", "transfer = \"asflip\"\nintegrator = \"usl\"\nbasis = \"linear\"", "method.transfer: is \"asflip\": with linear functions"),
+    ("separation with a full mass matrix", "transfer = \"flip\"", "transfer = \"asflip\"\nintegrator = \"usl\"\nmass = \"consistent\"", "method.transfer: is \"asflip\": it is made for the lumped mass"),
     ("share above one", "transfer = \"flip\"", "flip_share = 1.5", ":36:14: method.flip_share: is 1.5; must be 0 to 1"),
     ("domain of another basis", "transfer = \"flip\"", "domain = \"uniform\"", ":36:10: method.domain: is for basis = \"gimp\" only"),
     ("affine with elements", "transfer = \"flip\"", "transfer = \"apic\"\nbasis = \"lagrange\"", "method.transfer: is \"apic\": functions that are negative"),
@@ -140,6 +145,7 @@ const METHOD_CASES: &[(&str, &str, &str, &str)] = &[
     ("solver of nothing", "linear_solver = \"direct\"", "", "method.linear_solver: is for implicit integrators only"),
     ("mean dilatation of particles that move", "mean_dilatation = true", "", "method.mean_dilatation: is for formulation = \"total\" only"),
     ("affine and implicit", "integrator = \"newmark\"\ntransfer = \"apic\"", "step = 0.1", "method.transfer: is \"apic\", which integrator = \"newmark\" does not have; take flip, pic"),
+    ("separable and implicit", "integrator = \"newmark\"\ntransfer = \"asflip\"", "step = 0.1", "method.transfer: is \"asflip\", which integrator = \"newmark\" does not have; take flip, pic"),
     ("points and implicit", "integrator = \"newmark\"\nquadrature = \"splines\"", "step = 0.1", "method.quadrature: is \"splines\", which integrator = \"newmark\" does not have; take particles"),
 ];
 

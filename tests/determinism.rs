@@ -48,7 +48,7 @@ fn build(dimension: usize, transfer: &str) -> Simulation {
 
 #[test]
 fn threads_do_not_change_a_bit() {
-    for (dimension, transfer) in [(2, "flip"), (2, "apic"), (3, "apic"), (3, "flip")] {
+    for (dimension, transfer) in [(2, "flip"), (2, "apic"), (2, "asflip"), (3, "apic"), (3, "asflip"), (3, "flip")] {
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
@@ -69,7 +69,7 @@ fn threads_do_not_change_a_bit() {
 
 #[test]
 fn a_restored_run_gives_the_same_bytes() {
-    for (dimension, transfer) in [(2, "apic"), (2, "flip"), (3, "apic"), (3, "flip")] {
+    for (dimension, transfer) in [(2, "apic"), (2, "flip"), (2, "asflip"), (3, "apic"), (3, "asflip"), (3, "flip")] {
         let mut whole = build(dimension, transfer);
         whole.step(0.02).unwrap();
         let cut = whole.save();
@@ -195,7 +195,7 @@ fn looking_at_a_state_changes_nothing() {
     let external = scene(2, "apic").replace("[30.0, 5.0]", "\"external\"");
     assert!(external.contains("value = \"external\""));
     let contact = include_str!("../launch_scripts/scenes/box_on_beam.toml").to_owned();
-    for scene in [external, contact, scene(2, "flip"), scene(3, "apic"), scene(3, "flip")] {
+    for scene in [external, contact, scene(2, "flip"), scene(2, "asflip"), scene(3, "apic"), scene(3, "flip")] {
         assert!(run(&scene, true) == run(&scene, false), "{scene}");
     }
 }

@@ -63,6 +63,8 @@ fn momentum_is_the_impulse_of_loads_and_reactions() {
         r#"transfer = "flip", integrator = "usl", degree = 3"#,
         r#"transfer = "apic", integrator = "usl""#,
         r#"transfer = "apic", degree = 4"#,
+        r#"transfer = "asflip", integrator = "usl""#,
+        r#"transfer = "asflip", integrator = "usf", degree = 3"#,
         r#"transfer = "pic", degree = 1"#,
         r#"transfer = "flip", degree = 1"#,
         r#"basis = "gimp""#,

@@ -65,7 +65,7 @@ fn momentum_is_kept_by_every_integrator() {
     for integrator in ["usf", "usl"] {
         for dimension in 1..=2 {
             for degree in 2..=5 {
-                for transfer in ["pic", "flip", "apic"] {
+                for transfer in ["pic", "flip", "apic", "asflip"] {
                     let (linear, angular) = drift(dimension, degree, integrator, transfer);
                     assert!(linear < 1e-12, "{integrator} {dimension}D degree {degree} {transfer}: {linear:e}");
                     println!("{integrator} {dimension}D degree {degree} {transfer}: linear {linear:.1e}, angular {angular:.1e}");

@@ -6,7 +6,7 @@ use matpoint::scene::Scene;
 
 const DEGREES: [usize; 5] = [1, 2, 3, 4, 5];
 const INTEGRATORS: [&str; 3] = ["usf", "usl", "musl"];
-const TRANSFERS: [&str; 3] = ["flip", "pic", "apic"];
+const TRANSFERS: [&str; 4] = ["flip", "pic", "apic", "asflip"];
 const YOUNG: f64 = 1e4;
 
 /// A free body in the middle of a grid of cells of 0.25; `extra` goes to the body.
@@ -122,36 +122,45 @@ fn a_particle_at_the_far_end_of_the_grid_is_in_it() {
 
 #[test]
 fn affine_transfers_rotate_a_body_without_strain() {
-    // one step of a rotation: APIC hands the grid the exact velocity, so the strain is that of the step itself, of order (w dt)^2
-    for (degree, integrator) in DEGREES.into_iter().flat_map(|d| INTEGRATORS.map(|i| (d, i))) {
+    // one step of a rotation: affine transfers hand the grid the exact velocity; the strain is that of the step itself, of order (w dt)^2
+    for (degree, integrator, transfer) in all().filter(|(.., transfer)| matches!(*transfer, "apic" | "asflip")) {
         for law in ["hypo_elastic", "neo_hookean", "hencky"] {
             let stress = |step: f64| {
                 let spin = r#"velocity = ["-2*y+0.5*z", "2*x-z", "y-0.5*x"]"#;
-                let text = block(3, degree, integrator, "apic", law, step, spin, "");
+                let text = block(3, degree, integrator, transfer, law, step, spin, "");
                 let mut sim = Scene::from_toml(&text).unwrap().build().unwrap();
                 let start = sim.get("particle/position").unwrap().to_vec();
                 sim.step(step).unwrap();
                 for (x, u) in start.chunks(3).zip(sim.get("particle/displacement").unwrap().chunks(3)) {
                     let exact = [-2.0 * x[1] + 0.5 * x[2], 2.0 * x[0] - x[2], x[1] - 0.5 * x[0]];
                     for a in 0..3 {
-                        assert!((u[a] - step * exact[a]).abs() < 1e-15, "degree {degree} {integrator}: the field is exact to round-off");
+                        assert!(
+                            (u[a] - step * exact[a]).abs() < 1e-15,
+                            "degree {degree} {integrator} {transfer}: the field is exact to round-off"
+                        );
                     }
                 }
                 largest(sim.get("particle/stress").unwrap()) / YOUNG
             };
             let (coarse, fine) = (stress(4e-3), stress(2e-3));
             let spin: f64 = 2.0f64.hypot(0.5).hypot(1.0);
-            assert!(coarse < 2.0 * (spin * 4e-3).powi(2), "degree {degree} {integrator} {law}: {coarse}");
+            assert!(coarse < 2.0 * (spin * 4e-3).powi(2), "degree {degree} {integrator} {transfer} {law}: {coarse}");
             // the rate law sees no strain at all in the velocity field of a rotation; USF takes it after the particles have moved
             if law == "hypo_elastic" && integrator != "usf" {
-                assert!(coarse < 1e-12, "degree {degree} {integrator} {law}: {coarse}");
+                assert!(coarse < 1e-12, "degree {degree} {integrator} {transfer} {law}: {coarse}");
             } else {
-                assert!((coarse / fine - 4.0).abs() < 0.1, "degree {degree} {integrator} {law}: {coarse} {fine}");
+                assert!((coarse / fine - 4.0).abs() < 0.1, "degree {degree} {integrator} {transfer} {law}: {coarse} {fine}");
             }
         }
     }
 }
 
 fn all() -> impl Iterator<Item = (usize, &'static str, &'static str)> {
-    DEGREES.into_iter().flat_map(|d| INTEGRATORS.into_iter().flat_map(move |i| TRANSFERS.into_iter().map(move |t| (d, i, t))))
+    let every = DEGREES.into_iter().flat_map(|d| INTEGRATORS.into_iter().flat_map(move |i| TRANSFERS.into_iter().map(move |t| (d, i, t))));
+    every.filter(|(degree, integrator, transfer)| has(*degree, integrator, transfer))
+}
+
+/// ASFLIP is for smooth functions and moves particles before the stress is updated or with it.
+fn has(degree: usize, integrator: &str, transfer: &str) -> bool {
+    transfer != "asflip" || degree > 1 && integrator != "musl"
 }

@@ -40,7 +40,11 @@ fn every_method_lives_just_below_the_stable_step() {
     for dimension in [1, 2] {
         for degree in 1..=5 {
             for integrator in ["usf", "usl", "musl"] {
-                for transfer in ["flip", "pic", "apic"] {
+                for transfer in ["flip", "pic", "apic", "asflip"] {
+                    // which is for smooth functions, and moves particles before the stress is updated or with it
+                    if transfer == "asflip" && (degree == 1 || integrator == "musl") {
+                        continue;
+                    }
                     let name = format!("{dimension}D degree {degree} {integrator} {transfer}");
                     let mut sim = Scene::from_toml(&bar(dimension, degree, integrator, transfer, "cfl = 0.95")).unwrap().build().unwrap();
                     let start = sim.get("energy/total").unwrap()[0];

@@ -366,8 +366,8 @@ impl Simulation {
         ];
         let needs = &model.needs;
         let parts = [
-            (needs.affine, "affine matrix of each particle (APIC)"),
-            (needs.increment, "nodal acceleration at each particle (FLIP)"),
+            (needs.affine, "affine matrix of each particle (APIC, ASFLIP)"),
+            (needs.increment, "nodal acceleration at each particle (FLIP, ASFLIP)"),
             (needs.history > 0, "stress history of each particle"),
             (needs.lateral, "stretch across the plane of each particle"),
             (needs.body_force, "body force that differs from particle to particle"),

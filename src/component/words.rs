@@ -32,6 +32,9 @@ pub(super) fn transfer(model: &Model) -> String {
         _ if model.total => "none: velocity stays on the nodes".into(),
         Transfer::Pic => "PIC".into(),
         Transfer::Apic => "APIC".into(),
+        Transfer::Asflip => {
+            format!("ASFLIP, {} % of its own velocity, moves with {} % of it", 100.0 * model.flip_share, 100.0 * model.separation)
+        }
         Transfer::Flip if model.flip_share == 1.0 => "FLIP".into(),
         Transfer::Flip => format!("FLIP {} %, PIC the rest", 100.0 * model.flip_share),
     }

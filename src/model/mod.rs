@@ -50,8 +50,10 @@ pub(crate) struct Model {
     /// When Newton's method stops.
     pub(crate) newton: Rules,
     pub(crate) transfer: Transfer,
-    /// Share of FLIP; 0 for PIC and APIC.
+    /// Share of FLIP, of ASFLIP beside APIC; 0 for PIC and APIC.
     pub(crate) flip_share: f64,
+    /// Share of its own velocity with which a particle moves where it separates; 0 but for ASFLIP.
+    pub(crate) separation: f64,
     /// The velocity of nodes lighter than this takes no part of their force \[kg\].
     pub(crate) light: f64,
     /// Rows of a consistent mass matrix are lumped at nodes lighter than this \[kg\].
@@ -229,7 +231,7 @@ pub(crate) enum Pace {
 /// What this scene needs; what is false here costs nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Needs {
-    /// An affine matrix a particle (APIC).
+    /// An affine matrix a particle (APIC, ASFLIP).
     pub(crate) affine: bool,
     /// Nodal accelerations at the particles (FLIP; nearly empty nodes).
     pub(crate) increment: bool,
@@ -315,7 +317,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
             Axis::new(scene.grid.origin[a], cell, (scene.grid.size[a] / cell).round() as usize, family)
         })
         .collect();
-    let affine = method.transfer == Transfer::Apic;
+    let affine = method.transfer.is_affine();
 
     let mut bodies: Vec<Body> = Vec::new();
     let (mut samples, mut body_of) = (Vec::new(), Vec::new());
@@ -441,8 +443,10 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
 
     let flip_share = match method.transfer {
         Transfer::Flip => method.flip_share.unwrap_or(1.0),
+        Transfer::Asflip => method.flip_share.unwrap_or(0.99),
         Transfer::Pic | Transfer::Apic => 0.0,
     };
+    let separation = if method.transfer == Transfer::Asflip { method.separation.unwrap_or(1.0) } else { 0.0 };
     let lightest = state.particles.mass.iter().copied().fold(f64::INFINITY, f64::min);
     let (projection, balance) = (MassRule::new(method.mass(), method), MassRule::new(method.mass_of_balance(), method));
     let masses = match method.basis {
@@ -489,6 +493,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         mean_dilatation: method.mean_dilatation,
         transfer: method.transfer,
         flip_share,
+        separation,
         light,
         lump_below: if masses == Masses::Positive { method.mass_tolerance.unwrap_or(1.0) * lightest } else { 0.0 },
         masses,

@@ -70,9 +70,13 @@ pub struct Method {
     pub mean_dilatation: bool,
     /// How velocity travels between particles and grid.
     pub transfer: Transfer,
-    /// Share of FLIP in a FLIP transfer, 0 to 1; the rest is PIC.
+    /// Share of FLIP, 0 to 1; the rest is PIC in a FLIP transfer (1 if left out), APIC in an ASFLIP transfer (0.99 if left out).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub flip_share: Option<f64>,
+    /// Share of its own velocity with which a particle moves in an ASFLIP transfer where it is neither compressed nor next to a boundary, 0
+    /// to 1; the rest, and all of it elsewhere, is the velocity of the grid. 1 if left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub separation: Option<f64>,
     /// A node lighter than this share of the lightest particle, 0 to 1, is nearly empty. A consistent mass matrix is lumped there (1 if left
     /// out: less makes the stable step shrink as bodies move through the grid). With linear functions or Lagrange elements, lumped mass,
     /// and USL or APIC, the velocity of such a node, and so the velocity gradient, takes no part of its force; the particles do, so that
@@ -110,6 +114,7 @@ impl Default for Method {
             mean_dilatation: false,
             transfer: Transfer::Flip,
             flip_share: None,
+            separation: None,
             mass_tolerance: None,
         }
     }
@@ -254,7 +259,9 @@ pub enum Mass {
     Lumped,
     /// The full matrix, solved in each step. The stable step is about a sixth of that with lumped mass.
     Consistent,
-    /// The first `fmpm_order` terms of the series of its inverse (Nairn and Hammerquist 2021).
+    /// The first `fmpm_order` terms of the series of its inverse (Nairn and Hammerquist 2021). With `balance_mass = "lumped"` and
+    /// `transfer = "pic"` particles take the velocity of XPIC(m), m terms (Hammerquist and Nairn 2017), and move with it; the paper moves
+    /// them with what a lumped mass makes of their velocity, and half its change.
     Fmpm,
 }
 
@@ -319,10 +326,23 @@ pub enum LinearSolver {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Transfer {
-    /// Particles take the interpolated velocity: very dissipative.
+    /// Particles take the interpolated velocity: very dissipative with lumped mass, where it is XPIC(1) too. XPIC(m) is PIC with
+    /// `mass = "fmpm"`, `fmpm_order` = m, `balance_mass = "lumped"`.
     Pic,
     /// Particles take the interpolated increment; `flip_share` blends with PIC.
     Flip,
     /// Affine particle-in-cell: keeps linear and angular momentum, filters noise.
     Apic,
+    /// Affine separable FLIP (Fei et al. 2021), for USF and USL: APIC, to which particles add the share `flip_share` of their own velocity
+    /// that the grid has not got, and with which they move where they are neither compressed nor next to a boundary (`separation`). Bodies
+    /// that share a velocity field part more easily; less of a vibration is lost. Angular momentum is kept less well than by APIC, and
+    /// deformation is no longer exactly the gradient of the motion.
+    Asflip,
+}
+
+impl Transfer {
+    /// Whether particles carry an affine matrix.
+    pub fn is_affine(self) -> bool {
+        matches!(self, Self::Apic | Self::Asflip)
+    }
 }

@@ -231,6 +231,16 @@ impl Stepper {
         }
     }
 
+    /// ASFLIP: marks held nodes in the lane of their acceleration that is no axis, for particles that see one to stay with the grid: their
+    /// own velocity would carry them through the boundary.
+    pub(super) fn mark_held_nodes(&mut self, model: &Model) {
+        if model.separation > 0.0 {
+            for c in &self.grid.constraints {
+                self.grid.force[c.node as usize][0] = 1.0;
+            }
+        }
+    }
+
     /// Puts momentum and force of held nodes to what gives the prescribed motion, and notes the reaction: what the particles gain
     /// beyond the forces that act on the node.
     fn hold(&mut self, model: &Model, time: f64, kick: f64, dt: f64) {

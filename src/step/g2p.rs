@@ -25,6 +25,7 @@ impl Stepper {
             affine: model.needs.affine,
             increment: model.needs.increment,
             flip_share: model.flip_share,
+            separation: model.separation,
             kick: update.kick,
             drift: update.drift,
             strain: update.strain,

@@ -11,7 +11,8 @@
 //! | the updated nodal velocity (USL) | q (2 - phi) < 4 | q < 2 (1 + phi), implied by q (2 - phi) < 4 |
 //!
 //! so u = b and u = 2a - b for FLIP. For PIC, q 2 phi < 4 is enough: u = 2b. The projection of APIC keeps more than phi, at most all:
-//! q < 4 is enough, u = a. The step is then 2 / sqrt(largest eigenvalue).
+//! q < 4 is enough, u = a. ASFLIP keeps a share between those of FLIP and APIC and is covered by the smaller step of the two; where
+//! particles move does not matter at rest. The step is then 2 / sqrt(largest eigenvalue).
 //! The largest eigenvalue comes from a few Lanczos steps in the metric of the strain energy, in which the operator is symmetric.
 
 use super::g2p::sweep;
@@ -55,7 +56,7 @@ pub(crate) fn stable_step(model: &Model, state: &State) -> Result<f64, StepError
         (Integrator::Usl, _) => (2.0, -1.0),
         (_, Transfer::Flip) if model.flip_share == 1.0 => (0.0, 1.0),
         (_, Transfer::Flip | Transfer::Pic) => (0.0, 2.0),
-        (_, Transfer::Apic) => (1.0, 0.0),
+        (_, Transfer::Apic | Transfer::Asflip) => (1.0, 0.0),
     };
     let mut operator = Operator { model: &model, stepper, state, shares };
     let mut q = operator.start()?;

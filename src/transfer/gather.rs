@@ -8,6 +8,10 @@ use crate::material::{Increment, embed};
 use crate::model::Model;
 use std::ops::Range;
 
+/// Volume ratio from which a particle counts as not compressed: a little below 1, so that one at rest does whatever its round-off (Fei et
+/// al. 2021, the code of the authors).
+const NOT_COMPRESSED: f64 = 0.999;
+
 /// What to do with the particles.
 #[derive(Clone, Copy)]
 pub(crate) struct GatherTask<'a> {
@@ -19,6 +23,8 @@ pub(crate) struct GatherTask<'a> {
     pub(crate) increment: bool,
     /// Share of FLIP in a kick; at 0 the acceleration is what the nodal velocity has not got.
     pub(crate) flip_share: f64,
+    /// Share of its own velocity with which a particle moves where it separates (ASFLIP).
+    pub(crate) separation: f64,
     /// Length of the change of velocity \[s\]; `None` keeps the velocity.
     pub(crate) kick: Option<f64>,
     /// Length of the motion \[s\]; `None` keeps the position.
@@ -45,6 +51,7 @@ impl<'a> GatherTask<'a> {
             affine: false,
             increment: true,
             flip_share: 1.0,
+            separation: 0.0,
             kick: None,
             drift: None,
             strain: None,
@@ -193,11 +200,19 @@ unsafe fn update<const D: usize, const GRADIENT: bool, const AFFINE: bool, const
     if let Some(dt) = task.drift {
         // SAFETY: row p is ours.
         let mut position = unsafe { rows.vector::<D, 3>(&rows.position, p) };
+        let mut motion: [f64; D] = std::array::from_fn(|a| dt * sample.velocity[1 + a]);
+        // SAFETY: row p is ours, and there is an affine matrix where particles separate.
+        if task.separation > 0.0 && sample.acceleration[0] == 0.0 && unsafe { separates::<D>(task, p, dt) } {
+            // SAFETY: row p is ours.
+            let own = unsafe { rows.vector::<D, 3>(&rows.velocity, p) };
+            for a in 0..D {
+                motion[a] += dt * task.separation * (own[a] - sample.velocity[1 + a]);
+            }
+        }
         for a in 0..D {
-            let motion = dt * sample.velocity[1 + a];
-            position[a] += motion;
+            position[a] += motion[a];
             let own = task.body_force.get(a).map_or(0.0, |b| b[p]);
-            report.work += rows.mass[p] * (task.gravity[a] + own) * motion;
+            report.work += rows.mass[p] * (task.gravity[a] + own) * motion[a];
         }
         if position.iter().zip(&task.model.axes).all(|(&x, axis)| axis.holds(x)) {
             // SAFETY: row p is ours.
@@ -216,6 +231,19 @@ unsafe fn update<const D: usize, const GRADIENT: bool, const AFFINE: bool, const
             report.fault.get_or_insert(Fault { row: p, kind });
         }
     }
+}
+
+/// Whether a particle is free to leave its neighbours: what is compressed would be driven through them (Fei et al. 2021).
+///
+/// # Safety
+/// Row `p` of the task is the caller's, and has an affine matrix.
+#[inline(always)]
+unsafe fn separates<const D: usize>(task: &GatherTask, p: usize, dt: f64) -> bool {
+    let rows = &task.rows;
+    // SAFETY: row p is ours.
+    let (f, c, lateral) = unsafe { (rows.tensor::<D>(&rows.deformation, p), rows.tensor::<D>(&rows.affine, p), rows.lateral(p)) };
+    let spread: f64 = (0..D).map(|a| c[a][a]).sum();
+    embed(&f, lateral).determinant() * (1.0 + dt * spread) >= NOT_COMPRESSED
 }
 
 /// Deformation gradient, stress history and thickness of one particle.
@@ -304,7 +332,7 @@ fn inverse<const D: usize>(m: &[[f64; D]; D]) -> Option<[[f64; D]; D]> {
     Some(std::array::from_fn(|r| std::array::from_fn(|c| inverse[(r, c)])))
 }
 
-/// Grid fields at a particle. Lane 0 carries nothing of use.
+/// Grid fields at a particle. Lane 0 carries nothing of use but that of the acceleration, which is not zero near held nodes (ASFLIP).
 #[derive(Clone, Copy, Default)]
 struct Sample {
     velocity: Lanes,

@@ -29,9 +29,14 @@ impl Check<'_> {
             "is for basis = \"gimp\" only; leave it out".into()
         });
         if let Some(share) = method.flip_share {
-            let flips = method.transfer == Transfer::Flip;
-            self.require(flips, "method.flip_share", || "is for transfer = \"flip\" only; leave it out".into());
+            let flips = matches!(method.transfer, Transfer::Flip | Transfer::Asflip);
+            self.require(flips, "method.flip_share", || "is for transfer = \"flip\" or \"asflip\" only; leave it out".into());
             self.require((0.0..=1.0).contains(&share), "method.flip_share", || format!("is {}; must be 0 to 1", plain(share)));
+        }
+        if let Some(share) = method.separation {
+            let asflip = method.transfer == Transfer::Asflip;
+            self.require(asflip, "method.separation", || "is for transfer = \"asflip\" only; leave it out".into());
+            self.require((0.0..=1.0).contains(&share), "method.separation", || format!("is {}; must be 0 to 1", plain(share)));
         }
         let blends = method.transfer == Transfer::Flip && method.flip_share.is_some_and(|share| share > 0.0 && share < 1.0);
         self.require(!(blends && method.has_kinks() && method.integrator() == Integrator::Usl), "method.flip_share", || {
@@ -184,7 +189,9 @@ impl Check<'_> {
         self.require(method.quadrature == Quadrature::Particles, "method.quadrature", || {
             format!("{}; take particles", why(&format!("is \"{}\", which", word(&method.quadrature))))
         });
-        self.require(method.transfer != Transfer::Apic, "method.transfer", || format!("{}; take flip, pic", why("is \"apic\", which")));
+        self.require(!method.transfer.is_affine(), "method.transfer", || {
+            format!("{}; take flip, pic", why(&format!("is \"{}\", which", word(&method.transfer))))
+        });
         let plain = |mass: Mass| mass != Mass::Fmpm;
         self.require(plain(method.mass()) && method.balance_mass.is_none(), "method.mass", || {
             format!("{}; take lumped, consistent, and no balance_mass", why("is one which"))
@@ -221,10 +228,11 @@ impl Check<'_> {
         });
     }
 
-    /// APIC sums momentum with arms, and divides by second moments.
+    /// APIC and ASFLIP sum momentum with arms, and divide by second moments.
     fn affine(&mut self) {
         let method = &self.scene.method;
-        let reason = if method.transfer != Transfer::Apic {
+        let asflip = method.transfer == Transfer::Asflip;
+        let reason = if !method.transfer.is_affine() {
             return;
         } else if matches!(method.basis, Basis::Lagrange | Basis::Serendipity) {
             "functions that are negative have second moments that vanish; take another basis or transfer"
@@ -232,10 +240,15 @@ impl Check<'_> {
             "it is made for the lumped mass: a full matrix would count the affine part twice; take flip"
         } else if method.quadrature_of_velocity() {
             "the affine part lives at particles; take flip, or quadrature_of = \"force\""
+        } else if asflip && method.has_kinks() {
+            "with linear functions nearly empty nodes throw particles out that keep their own velocity; take another basis, or apic"
+        } else if asflip && method.integrator() == Integrator::Musl {
+            "musl moves particles by what is projected after the kick, when what the grid has not got of their velocity is gone; \
+             take integrator = \"usl\" or \"usf\""
         } else {
             return;
         };
-        self.fault("method.transfer", format!("is \"apic\": {reason}"));
+        self.fault("method.transfer", format!("is \"{}\": {reason}", word(&method.transfer)));
     }
 
     fn quadrature(&mut self) {

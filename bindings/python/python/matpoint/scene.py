@@ -385,7 +385,12 @@ class Method(TypedDict, total=False):
     transfer: "Transfer"
     """How velocity travels between particles and grid."""
     flip_share: Union[float, None]
-    """Share of FLIP in a FLIP transfer, 0 to 1; the rest is PIC."""
+    """Share of FLIP, 0 to 1; the rest is PIC in a FLIP transfer (1 if left out), APIC in an ASFLIP transfer
+    (0.99 if left out)."""
+    separation: Union[float, None]
+    """Share of its own velocity with which a particle moves in an ASFLIP transfer where it is neither compressed
+    nor next to a boundary, 0 to 1; the rest, and all of it elsewhere, is the velocity of the grid. 1 if left
+    out."""
     mass_tolerance: Union[float, None]
     """A node lighter than this share of the lightest particle, 0 to 1, is nearly empty. A consistent mass matrix
     is lumped there (1 if left out: less makes the stable step shrink as bodies move through the grid). With
@@ -433,7 +438,9 @@ projection of velocities."""
 Mass = Literal["lumped", "consistent", "fmpm"]
 """Mass matrices. `lumped`: Row sums on the diagonal. `consistent`: The full matrix, solved in each step. The
 stable step is about a sixth of that with lumped mass. `fmpm`: The first `fmpm_order` terms of the series of
-its inverse (Nairn and Hammerquist 2021)."""
+its inverse (Nairn and Hammerquist 2021). With `balance_mass = "lumped"` and `transfer = "pic"` particles take
+the velocity of XPIC(m), m terms (Hammerquist and Nairn 2017), and move with it; the paper moves them with
+what a lumped mass makes of their velocity, and half its change."""
 
 
 MassSolver = Literal["pcg", "richardson"]
@@ -462,10 +469,16 @@ that fails or the system is not symmetric. `iterative`: Conjugate gradients with
 of the stiffness of a box at rest; direct where the system is not symmetric and positive."""
 
 
-Transfer = Literal["pic", "flip", "apic"]
+Transfer = Literal["pic", "flip", "apic", "asflip"]
 """How velocity travels between particles and grid. `pic`: Particles take the interpolated velocity: very
-dissipative. `flip`: Particles take the interpolated increment; `flip_share` blends with PIC. `apic`: Affine
-particle-in-cell: keeps linear and angular momentum, filters noise."""
+dissipative with lumped mass, where it is XPIC(1) too. XPIC(m) is PIC with `mass = "fmpm"`, `fmpm_order` = m,
+`balance_mass = "lumped"`. `flip`: Particles take the interpolated increment; `flip_share` blends with PIC.
+`apic`: Affine particle-in-cell: keeps linear and angular momentum, filters noise. `asflip`: Affine separable
+FLIP (Fei et al. 2021), for USF and USL: APIC, to which particles add the share `flip_share` of their own
+velocity that the grid has not got, and with which they move where they are neither compressed nor next to a
+boundary (`separation`). Bodies that share a velocity field part more easily; less of a vibration is lost.
+Angular momentum is kept less well than by APIC, and deformation is no longer exactly the gradient of the
+motion."""
 
 
 Auto = Literal["auto"]
