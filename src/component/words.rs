@@ -64,6 +64,7 @@ pub(super) fn mass(model: &Model) -> String {
         MassRule::Solved { solver, residual } => {
             let solver = match solver {
                 MassSolver::Pcg => "conjugate gradients",
+                MassSolver::Direct => "conjugate gradients from a sparse factor",
                 MassSolver::Richardson => "Richardson iteration",
             };
             format!("consistent, {solver} to {residual:e}")

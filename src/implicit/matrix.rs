@@ -172,17 +172,19 @@ impl Matrix {
         rows.binary_search(&(row as usize)).map_or(0.0, |at| self.values.val_of_col(column as usize)[at])
     }
 
+    /// A Cholesky factor; `None` where the matrix is not positive.
+    pub(crate) fn cholesky(&mut self) -> Option<Factor> {
+        if self.cholesky.is_none() {
+            self.cholesky = Some(SymbolicLlt::try_new(self.values.symbolic(), Side::Lower).ok()?);
+        }
+        let symbolic = self.cholesky.clone()?;
+        Llt::try_new_with_symbolic(symbolic, self.values.as_ref(), Side::Lower).ok().map(Factor::Cholesky)
+    }
+
     /// A factor of the matrix: Cholesky where it is symmetric and positive, else by elimination. `None` where it is singular.
     pub(crate) fn factor(&mut self, symmetric: bool) -> Option<Factor> {
-        if symmetric {
-            if self.cholesky.is_none() {
-                self.cholesky = Some(SymbolicLlt::try_new(self.values.symbolic(), Side::Lower).ok()?);
-            }
-            if let Some(symbolic) = &self.cholesky
-                && let Ok(factor) = Llt::try_new_with_symbolic(symbolic.clone(), self.values.as_ref(), Side::Lower)
-            {
-                return Some(Factor::Cholesky(factor));
-            }
+        if let Some(factor) = symmetric.then(|| self.cholesky()).flatten() {
+            return Some(factor);
         }
         if self.elimination.is_none() {
             self.elimination = Some(SymbolicLu::try_new(self.values.symbolic()).ok()?);

@@ -114,12 +114,13 @@ pub(crate) enum MassRule {
 }
 
 impl MassRule {
-    fn new(mass: Mass, method: &scene::Method) -> Self {
+    fn new(mass: Mass, method: &scene::Method, cuts_cells: bool) -> Self {
+        let usual = if cuts_cells { MassSolver::Direct } else { MassSolver::Pcg };
         match mass {
             Mass::Lumped => Self::Lumped,
             Mass::Fmpm => Self::Series(method.fmpm_order.unwrap_or(2)),
             Mass::Consistent => {
-                Self::Solved { solver: method.mass_solver.unwrap_or(MassSolver::Pcg), residual: method.mass_residual.unwrap_or(1e-9) }
+                Self::Solved { solver: method.mass_solver.unwrap_or(usual), residual: method.mass_residual.unwrap_or(1e-9) }
             }
         }
     }
@@ -447,8 +448,10 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         Transfer::Pic | Transfer::Apic => 0.0,
     };
     let separation = if method.transfer == Transfer::Asflip { method.separation.unwrap_or(1.0) } else { 0.0 };
+    let extension = dimension == 2 && method.quadrature == Quadrature::Splines && method.quadrature_of_velocity();
     let lightest = state.particles.mass.iter().copied().fold(f64::INFINITY, f64::min);
-    let (projection, balance) = (MassRule::new(method.mass(), method), MassRule::new(method.mass_of_balance(), method));
+    let (projection, balance) =
+        (MassRule::new(method.mass(), method, extension), MassRule::new(method.mass_of_balance(), method, extension));
     let masses = match method.basis {
         Basis::Lagrange if projection.is_lumped() || balance.is_lumped() => Masses::MustBePositive,
         Basis::Lagrange | Basis::Serendipity => Masses::Signed,
@@ -470,7 +473,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         work: !loads.is_empty()
             || boundaries.iter().any(|b: &Boundary| b.velocity.iter().flatten().any(|f| f.uses(0) || f.eval(&[0.0]) != 0.0)),
         quadrature: method.quadrature != Quadrature::Particles,
-        extension: dimension == 2 && method.quadrature == Quadrature::Splines && method.quadrature_of_velocity(),
+        extension,
         mass_matrix: !projection.is_lumped() || !balance.is_lumped(),
         tied: method.basis == Basis::Serendipity,
     };

@@ -271,6 +271,9 @@ pub enum Mass {
 pub enum MassSolver {
     /// Conjugate gradients, preconditioned by the diagonal.
     Pcg,
+    /// Conjugate gradients from a sparse factor of the matrix, which are at their end after an iteration or a few; for
+    /// quadrature_of = "force_and_velocity". The choice for bodies that cut cells.
+    Direct,
     /// Richardson iteration from the lumped solution (Tielen 2016, section 7.2).
     Richardson,
 }

@@ -4,6 +4,7 @@
 //! their value, so it may become anything. Rows and columns of nodes below a mass are lumped instead: what couples such a node to another
 //! goes to both diagonals. The matrix stays symmetric and positive, and its row sums, so mass and momentum, stay what they are.
 
+use super::direct::{Direct, Group};
 use super::sparse::SparseRows;
 use crate::grid::{Lanes, Tied};
 use crate::model::{MassRule, Masses, Model};
@@ -51,6 +52,10 @@ pub(super) struct MassMatrix {
     walls: SparseRows,
     /// How strongly they do, by lane \[kg\]: a mass that moves with the wall.
     strength: Vec<Lanes>,
+    /// A factor of the matrix, where it is asked for.
+    direct: Direct,
+    /// Residual times the inverse of what the iteration starts from.
+    preconditioned: Vec<Lanes>,
 }
 
 /// A solver did not get down to its residual.
@@ -91,6 +96,7 @@ impl MassMatrix {
             }
         }
         self.strength.clear();
+        self.direct.clear();
         self.positive = model.masses == Masses::Positive;
         let largest = self.diagonal.iter().copied().fold(0.0, f64::max);
         for (diagonal, mass) in self.diagonal.iter_mut().zip(&self.lumped) {
@@ -169,6 +175,31 @@ impl MassMatrix {
         }
     }
 
+    /// Factors the matrix with its walls. Points of one cell come one after the other.
+    fn factor(&mut self) {
+        let mut groups: Vec<Group> = Vec::new();
+        let (mut row, mut place) = (Vec::new(), Vec::new());
+        let mut before = usize::MAX;
+        for p in 0..self.rows.len() {
+            reduce(&self.rows, p, &self.tied, &self.follows, &mut row);
+            let first = self.rows.row(p).next().map_or(usize::MAX, |(node, _)| node);
+            if first != before {
+                groups.push(Group::new(&row));
+            }
+            before = first;
+            if let Some(group) = groups.last_mut() {
+                group.add(&row, self.mass[p], &mut place);
+            }
+        }
+        for (p, strength) in self.strength.iter().enumerate() {
+            reduce(&self.walls, p, &self.tied, &self.follows, &mut row);
+            let mut group = Group::new(&row);
+            group.add(&row, strength.iter().copied().fold(0.0, f64::max), &mut place);
+            groups.push(group);
+        }
+        self.direct.factor(self.lumped.len(), &groups);
+    }
+
     /// `product` = M `field`, with what walls add or without.
     fn apply(&mut self, field: &[Lanes], with_walls: bool) {
         let Self { rows, mass, light, lumped, shared, product, masked, tied, walls, strength, .. } = self;
@@ -235,6 +266,12 @@ impl MassMatrix {
                 Ok(terms - 1)
             }
             MassRule::Solved { solver: MassSolver::Richardson, residual } => self.richardson(residual, held, right, x),
+            MassRule::Solved { solver: MassSolver::Direct, residual } => {
+                if !self.direct.is_ready() {
+                    self.factor();
+                }
+                self.conjugate_gradients(residual, held, right, x)
+            }
             MassRule::Solved { solver: MassSolver::Pcg, residual } => self.conjugate_gradients(residual, held, right, x),
         }
     }
@@ -293,12 +330,12 @@ impl MassMatrix {
                 break;
             }
             outcome = Err(NotConverged { iterations: iteration, residual: largest(&left) });
-            let now = self.preconditioned_square();
-            for (node, d) in direction.iter_mut().enumerate() {
-                let inverse = if self.diagonal[node] > 0.0 { 1.0 / self.diagonal[node] } else { 0.0 };
+            self.precondition(held);
+            let now = dots(&self.residual, &self.preconditioned);
+            for (d, z) in direction.iter_mut().zip(&self.preconditioned) {
                 for lane in 1..4 {
                     let more = if before[lane] > 0.0 { now[lane] / before[lane] } else { 0.0 };
-                    d[lane] = self.residual[node][lane] * inverse + more * d[lane];
+                    d[lane] = z[lane] + more * d[lane];
                 }
             }
             before = now;
@@ -332,21 +369,26 @@ impl MassMatrix {
         std::array::from_fn(|lane| right[lane] + first[lane])
     }
 
-    /// r . D^-1 r by lane.
-    fn preconditioned_square(&self) -> Lanes {
-        let mut sum = Lanes::default();
-        for (r, d) in self.residual.iter().zip(&self.diagonal) {
-            if *d > 0.0 {
-                for lane in 1..4 {
-                    sum[lane] += r[lane] * r[lane] / d;
-                }
+    /// What the residual says about the solution: by the factor where there is one, else by the diagonal.
+    fn precondition(&mut self, held: &[Held]) {
+        let Self { direct, residual, preconditioned, diagonal, .. } = self;
+        if direct.is_ready() {
+            direct.solve(residual, preconditioned);
+            for h in held {
+                preconditioned[h.node][h.lane] = 0.0;
             }
+        } else {
+            let of = |(r, d): (&Lanes, &f64)| if *d > 0.0 { r.map(|r| r / d) } else { Lanes::default() };
+            preconditioned.clear();
+            preconditioned.extend(residual.iter().zip(diagonal.iter()).map(of));
         }
-        sum
     }
 }
 
-/// A row of functions, with those of tied nodes counted to their masters.
+/// Nodes and weights of a point, once those of tied nodes are counted to their masters.
+pub(super) type Reduced = [(usize, f64)];
+
+/// The row of a point, with tied nodes counted to their masters.
 fn reduce(rows: &SparseRows, point: usize, tied: &Tied, follows: &[u32], row: &mut Vec<(usize, f64)>) {
     row.clear();
     row.extend(rows.row(point));
@@ -367,6 +409,7 @@ fn reduce(rows: &SparseRows, point: usize, tied: &Tied, follows: &[u32], row: &m
             }
         }
     }
+    row.retain(|(node, _)| follows[*node] == NONE);
 }
 
 /// A degree of freedom whose value is given.

@@ -12,6 +12,7 @@
 
 mod balance;
 mod contact;
+mod direct;
 mod edge;
 mod extend;
 mod g2p;

@@ -221,6 +221,11 @@ impl Check<'_> {
                 format!("is {}; must be above 0 and at most {}", plain(residual), plain(LARGEST_RESIDUAL))
             });
         }
+        let direct = method.mass_solver == Some(super::super::MassSolver::Direct);
+        self.require(!direct || method.quadrature_of_velocity(), "method.mass_solver", || {
+            "is \"direct\", which is for a mass matrix that is integrated in cells; give quadrature_of = \"force_and_velocity\", or take pcg"
+                .into()
+        });
         let negative = matches!(method.basis, Basis::Lagrange | Basis::Serendipity);
         let series = uses(Mass::Fmpm) || method.mass_solver == Some(super::super::MassSolver::Richardson);
         self.require(!(negative && series), "method.mass", || {
