@@ -1,11 +1,14 @@
 //! 2 COMPILE: Scene -> Model: immutable tables, and [`Needs`]: what this scene needs, and so what it does not.
 
+mod cut;
 mod finder;
 mod lattice;
 mod load;
 mod map;
+mod outline;
 mod sample;
 
+pub(crate) use cut::{Cut, Fit};
 pub(crate) use load::{Load, SPACE_TIME, Signal, SurfacePoint, Target};
 
 use crate::basis::{Axis, Family};
@@ -17,6 +20,7 @@ use finder::Finder;
 pub(crate) use lattice::Lattice;
 use lattice::lattice;
 pub(crate) use map::Quadrilateral;
+use outline::Outline;
 use sample::{Sample, sample};
 
 /// A scene made ready to run.
@@ -79,6 +83,8 @@ pub(crate) struct Body {
     pub(crate) axes: Vec<Axis>,
     /// Where its own grid is bent.
     pub(crate) map: Option<Quadrilateral>,
+    /// How its own grid fits it.
+    pub(crate) fit: Fit,
     /// Half the length of the domain of a particle at time 0 \[m\].
     pub(crate) half: [f64; 3],
     /// The particles line by line; only where quadrature asks for it.
@@ -317,27 +323,40 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         let material = &scene.material[&body.material];
         let start = samples.len();
         let map = if method.is_total() { Quadrilateral::new(&body.shape) } else { None };
-        let own = match &map {
-            Some(map) => fitted(&[0.0; 2], &map.lengths, &axes),
-            None if method.is_total() => {
-                let (lower, upper) = body.shape.bounds(dimension);
-                fitted(&lower, &upper, &axes)
-            }
-            None => axes.clone(),
-        };
         let per_cell = scene.particles_per_cell(body);
-        match &map {
-            Some(map) => {
+        let (own, made, fit) = match (&map, &body.shape) {
+            (Some(map), _) => {
+                let own = fitted(&[0.0; 2], &map.lengths, &axes);
                 let whole = scene::Body { shape: Shape::Box { min: vec![0.0; 2], max: map.lengths.to_vec() }, ..body.clone() };
                 let in_grid = sample(&whole, &per_cell, scene.positions(body), &own);
-                samples.extend(
-                    in_grid
-                        .iter()
-                        .map(|s| Sample { position: map.place(s.position), volume: s.volume * map.jacobian(s.position).determinant() }),
-                );
+                let bent = |s: &Sample| Sample {
+                    position: map.place(s.position),
+                    volume: s.volume * map.jacobian(s.position).determinant(),
+                };
+                (own, in_grid.iter().map(bent).collect(), Fit::Whole)
             }
-            None => samples.extend(sample(body, &per_cell, scene.positions(body), &own)),
-        }
+            (None, shape) if method.is_total() => {
+                let (lower, upper) = shape.bounds(dimension);
+                let whole = matches!(shape, Shape::Box { .. });
+                match Outline::new(shape) {
+                    Ok(outline) if !whole => {
+                        let lost = |lost: cut::Lost| {
+                            Fault::new(format!("body.{name}.shape"), format!("has an edge that cannot be followed near {:?} m", lost.position))
+                        };
+                        let (own, made, cut) = cut::cut(outline, [&lower, &upper], &axes, &per_cell).map_err(lost)?;
+                        (own, made, Fit::Cut(cut))
+                    }
+                    outline => {
+                        let own = fitted(&lower, &upper, &axes);
+                        let made = sample(body, &per_cell, scene.positions(body), &own);
+                        let fit = outline.err().filter(|_| !whole).map_or(Fit::Whole, Fit::Around);
+                        (own, made, fit)
+                    }
+                }
+            }
+            (None, _) => (axes.clone(), sample(body, &per_cell, scene.positions(body), &axes), Fit::Whole),
+        };
+        samples.extend(made);
         if samples.len() == start {
             return Err(Fault::new(
                 format!("body.{name}.shape"),
@@ -365,6 +384,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
             half: std::array::from_fn(half),
             axes: own,
             map,
+            fit,
             lattice: ordered,
         });
     }

@@ -65,6 +65,7 @@ impl Total {
             prescribed[held.node][held.axis] =
                 if scheme.is_conserving() { 0.5 * h * ends } else { h / 6.0 * (ends + 4.0 * velocity(time + 0.5 * h)) };
         }
+        self.spread(&mut prescribed);
         let moves = prescribed.iter().flatten().any(|v| *v != 0.0);
         // the unknown is what the step adds: round-off of the displacement of a body that has travelled far would drown its inertia
         let mut guess = vec![[0.0; 3]; start.len()];
@@ -75,6 +76,7 @@ impl Total {
             for held in &self.held {
                 guess[held.node][held.axis] = 0.0;
             }
+            self.spread(&mut guess);
         }
         let before = if scheme.has_inertia() || !model.needs.work { Vec::new() } else { self.supports(model, state, time)? };
         let rules = model.newton;
@@ -133,6 +135,7 @@ impl Total {
             let given = model.boundaries[held.boundary].velocity(held.axis, state.time + h).unwrap_or(0.0);
             velocity[held.node][held.axis] = if scheme.has_inertia() { given } else { 0.0 };
         }
+        self.spread(&mut velocity);
         (velocity, acceleration)
     }
 
@@ -240,6 +243,7 @@ impl Balance for Step<'_> {
             let summed = (self.total.sweeps.force)(&task, &self.state.particles, &mut internal);
             summed.map_err(|trouble| self.total.explain(self.model, self.state, self.time, &trouble))?;
         }
+        self.total.fold(&mut internal);
         let outer = self.at(moved, self.trial.outer);
         let mut loads = vec![[0.0; 3]; n];
         let time = self.time + self.trial.time * self.length;
@@ -290,6 +294,7 @@ impl Balance for Step<'_> {
         for ((node, a), x) in self.matrix.components().zip(x) {
             correction[node][a] = x;
         }
+        self.total.spread(&mut correction);
         Ok(Some(correction))
     }
 }

@@ -16,6 +16,7 @@ mod precondition;
 mod reference;
 #[cfg(test)]
 mod tests;
+mod ties;
 mod updated;
 
 pub(crate) use updated::Updated;
@@ -23,7 +24,7 @@ pub(crate) use updated::Updated;
 use crate::component::StepError;
 use crate::implicit::Matrix;
 use crate::material::point;
-use crate::model::{Boundary, Model};
+use crate::model::{Boundary, Fit, Model};
 use crate::state::{Nodes, State, Table};
 use explicit::Scheme;
 use force::{Sweeps, Task, Trouble};
@@ -95,12 +96,15 @@ impl Total {
         let (mut start, mut held) = (0, Vec::new());
         for body in &model.bodies {
             let places = body.particles.clone().map(|p| model.reference(p as u32));
-            let reference = Reference::new(&body.axes, body.map.as_ref(), start, places);
+            let mut reference = Reference::new(&body.axes, body.map.as_ref(), start, places);
+            if let Some(cut) = body.fit.cut() {
+                reference = reference.cut(&state.particles.volume[body.particles.clone()], cut.edge(), extends(model));
+            }
             let own = hold(&reference, model);
             start += reference.len();
             let masses = &state.particles.mass[body.particles.clone()];
             let full: f64 = body.density * body.axes.iter().map(|axis| axis.cell_size() * f64::from(axis.cells())).product::<f64>();
-            let fills = body.map.is_none() && (masses.iter().sum::<f64>() / full - 1.0).abs() < 1e-9;
+            let fills = matches!(body.fit, Fit::Whole) && body.map.is_none() && (masses.iter().sum::<f64>() / full - 1.0).abs() < 1e-9;
             let mass = Mass::new(model, &reference, masses, &own, fills.then_some(body));
             held.extend(own);
             bodies.push(Body { reference, mass });
@@ -175,6 +179,7 @@ impl Total {
                 });
             }
         }
+        self.fold(&mut sum);
         let mut projected = vec![[0.0; 3]; n];
         for held in &self.held {
             projected[held.node][held.axis] = model.boundaries[held.boundary].velocity(held.axis, state.time).unwrap_or(0.0);
@@ -204,6 +209,19 @@ impl Total {
             let count = |axis: usize| self.held.iter().filter(|held| held.axis == axis && nodes.contains(&held.node)).count();
             (0..dimension).all(|axis| count(axis) >= if dimension > 1 { 2 } else { 1 })
         })
+    }
+
+    /// How the grid of each body fits it, in words.
+    pub(crate) fn grids(&self, model: &Model) -> String {
+        let of = |(body, grid): (&crate::model::Body, &Body)| {
+            let how = match (&body.fit, grid.reference.ties()) {
+                (Fit::Around(why), _) => format!("that of the box around it, and its edge is known to a particle only: {why}"),
+                (Fit::Cut(_), Some(ties)) => ties.describe(),
+                (Fit::Cut(_) | Fit::Whole, _) => "fitted to its faces".into(),
+            };
+            if model.bodies.len() > 1 { format!("{}: {how}", body.name) } else { how }
+        };
+        model.bodies.iter().zip(&self.bodies).map(of).collect::<Vec<_>>().join("; ")
     }
 
     /// Forgets what belongs to another state.
@@ -265,6 +283,7 @@ impl Total {
                 return Err(self.explain(model, state, time, &trouble));
             }
         }
+        self.fold(&mut internal);
         self.internal = internal;
         Ok(())
     }
@@ -289,7 +308,18 @@ impl Total {
         for ((action, load), input) in self.actions.iter().zip(&model.loads).zip(&state.inputs) {
             action.add(load, input, model, &references, time, displacement, force)?;
         }
+        self.fold(force);
         Ok(())
+    }
+
+    /// Nodes that follow others hand on the forces that they got.
+    fn fold(&self, force: &mut Vectors) {
+        self.bodies.iter().for_each(|body| body.reference.fold(force));
+    }
+
+    /// Nodes that follow others go where those lead.
+    fn spread(&self, field: &mut Vectors) {
+        self.bodies.iter().for_each(|body| body.reference.spread(field));
     }
 
     /// Adds this share of minus the derivative of the loads by the displacement; tells whether there is any.
@@ -360,6 +390,7 @@ impl Total {
                     x[node][a] = self.product[k] + self.column[k];
                 }
             }
+            body.reference.spread(x);
         }
     }
 
@@ -379,10 +410,17 @@ impl Total {
     }
 }
 
+/// Whether functions with little of a body in their support follow others. Where inertia is lumped they stay as they are: rows of weights of
+/// both signs may sum to a mass below zero, and the frequencies of lumped splines, which are smooth, do not depend on how little of one is in
+/// the body (Leidinger 2020, Explicit isogeometric B-Rep analysis for nonlinear dynamic crash simulations, chapter 4).
+fn extends(model: &Model) -> bool {
+    !model.balance.is_lumped() || model.implicit.is_some_and(|scheme| !scheme.has_inertia())
+}
+
 /// Components that boundaries hold; a later boundary overrides an earlier one.
 fn hold(reference: &Reference, model: &Model) -> Vec<Held> {
     let mut held = Vec::new();
-    for i in 0..reference.len() {
+    for i in (0..reference.len()).filter(|i| reference.is_own(*i)) {
         let place = reference.place(i);
         for axis in 0..model.dimension {
             let holds = |b: &Boundary| b.holds_axis(axis) && b.holds_place(&model.axes, &place[..model.dimension]);
