@@ -36,6 +36,8 @@ pub(crate) struct Model {
     pub(crate) probes: Vec<Probe>,
     /// Position at time 0 by particle id \[m\].
     pub(crate) reference: Table,
+    /// End of a run, as the scene has it \[s\].
+    pub(crate) end: f64,
     /// Whether bodies have grids of their own, at time 0.
     pub(crate) total: bool,
     /// Whether particles have the volume ratio of their cell.
@@ -145,10 +147,11 @@ enum Region {
         upper: bool,
     },
     Shape(Shape),
-    /// A face of a body, by its number.
+    /// A face of a body, by its number; the axis and end of the grid where that is fitted to it.
     Surface {
         body: usize,
         face: String,
+        end: Option<(usize, bool)>,
     },
 }
 
@@ -156,9 +159,15 @@ impl Boundary {
     /// The face of a body that it holds, with the number of the body.
     pub(crate) fn surface(&self) -> Option<(usize, &str)> {
         match &self.region {
-            Region::Surface { body, face } => Some((*body, face)),
+            Region::Surface { body, face, .. } => Some((*body, face)),
             Region::Face { .. } | Region::Shape(_) => None,
         }
+    }
+
+    /// Whether the node of the own grid of a body lies on the face of that body that it holds.
+    pub(crate) fn holds_end(&self, number: usize, axes: &[Axis], node: &[i32; 3]) -> bool {
+        matches!(&self.region, Region::Surface { body, end: Some((axis, upper)), .. }
+            if *body == number && axes[*axis].ends(node[*axis], *upper))
     }
 
     /// Whether the node of a body's own grid lies in the region: on the face of the grid of the scene, or in the shape.
@@ -329,10 +338,8 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
                 let own = fitted(&[0.0; 2], &map.lengths, &axes);
                 let whole = scene::Body { shape: Shape::Box { min: vec![0.0; 2], max: map.lengths.to_vec() }, ..body.clone() };
                 let in_grid = sample(&whole, &per_cell, scene.positions(body), &own);
-                let bent = |s: &Sample| Sample {
-                    position: map.place(s.position),
-                    volume: s.volume * map.jacobian(s.position).determinant(),
-                };
+                let bent =
+                    |s: &Sample| Sample { position: map.place(s.position), volume: s.volume * map.jacobian(s.position).determinant() };
                 (own, in_grid.iter().map(bent).collect(), Fit::Whole)
             }
             (None, shape) if method.is_total() => {
@@ -341,7 +348,10 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
                 match Outline::new(shape) {
                     Ok(outline) if !whole => {
                         let lost = |lost: cut::Lost| {
-                            Fault::new(format!("body.{name}.shape"), format!("has an edge that cannot be followed near {:?} m", lost.position))
+                            Fault::new(
+                                format!("body.{name}.shape"),
+                                format!("has an edge that cannot be followed near {:?} m", lost.position),
+                            )
                         };
                         let (own, made, cut) = cut::cut(outline, [&lower, &upper], &axes, &per_cell).map_err(lost)?;
                         (own, made, Fit::Cut(cut))
@@ -425,7 +435,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         set_initial_velocity(&mut state.particles, body, described, dimension).map_err(fault(format!("body.{}.velocity", body.name)))?;
     }
 
-    let boundaries = scene.boundary.iter().map(|(name, b)| boundary(name, b, scene)).collect::<Result<Vec<_>, _>>()?;
+    let boundaries = scene.boundary.iter().map(|(name, b)| boundary(name, b, scene, &bodies)).collect::<Result<Vec<_>, _>>()?;
     let finder = Finder { reference: &reference, bodies: &bodies, scene };
     let loads = scene.load.iter().map(|(name, l)| finder.load(name, l)).collect::<Result<Vec<_>, _>>()?;
     let probes: Vec<Probe> = scene.probe.iter().map(|(name, p)| finder.probe(name, p)).collect();
@@ -472,6 +482,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         loads,
         probes,
         reference,
+        end: scene.time.end,
         integrator: method.integrator(),
         implicit,
         remembers_acceleration,
@@ -555,7 +566,27 @@ fn set_initial_velocity(particles: &mut Particles, body: &Body, described: &scen
     Ok(())
 }
 
-fn boundary(name: &str, described: &scene::Boundary, scene: &scene::Scene) -> Result<Boundary, Fault> {
+/// Axis and end of the grid of a body that are a face of it, where the grid is fitted to it; why the face cannot be held, if so.
+fn surface_end(body: &Body, described: &scene::Body, face: &str, scene: &scene::Scene) -> Result<Option<(usize, bool)>, String> {
+    if !scene.method.is_total() {
+        return Ok(None);
+    }
+    let side = match (&body.fit, &body.map) {
+        (Fit::Cut(_), _) if !body.material.has_potential() => {
+            return Err("holds a face that cuts cells, for which the material must have a stored energy, as hypo_elastic has not".into());
+        }
+        (Fit::Cut(_), _) if scene.method.mean_dilatation => {
+            return Err("holds a face that cuts cells, which does not go with `method.mean_dilatation`".into());
+        }
+        (Fit::Cut(_), _) => return Ok(None),
+        (Fit::Around(why), _) => return Err(format!("holds a face of `{}`, whose edge is not known: {why}; take a region", body.name)),
+        (Fit::Whole, Some(map)) => map.side(&described.shape, face).unwrap_or_default(),
+        (Fit::Whole, None) => face,
+    };
+    Ok(["x", "y", "z"].iter().position(|axis| side.starts_with(axis)).map(|axis| (axis, side.ends_with('+'))))
+}
+
+fn boundary(name: &str, described: &scene::Boundary, scene: &scene::Scene, bodies: &[Body]) -> Result<Boundary, Fault> {
     let region = match (&described.face, &described.region, &described.surface) {
         (Some(face), ..) => {
             let axis = ["x", "y", "z"].iter().position(|a| face.starts_with(a)).unwrap_or(0);
@@ -563,11 +594,10 @@ fn boundary(name: &str, described: &scene::Boundary, scene: &scene::Scene) -> Re
         }
         (None, Some(shape), _) => Region::Shape(shape.clone()),
         (None, None, Some(surface)) => {
-            let body = scene
-                .body
-                .get_index_of(&surface.body)
-                .ok_or_else(|| Fault::new(format!("boundary.{name}.surface.body"), format!("there is no body `{}`", surface.body)))?;
-            Region::Surface { body, face: surface.face.clone() }
+            let body = scene.body.get_index_of(&surface.body).unwrap_or_default();
+            let end = surface_end(&bodies[body], &scene.body[body], &surface.face, scene)
+                .map_err(|message| Fault::new(format!("boundary.{name}.surface"), message))?;
+            Region::Surface { body, face: surface.face.clone(), end }
         }
         (None, None, None) => return Err(Fault::new(format!("boundary.{name}"), "needs a `face`, a `region` or a `surface`")),
     };

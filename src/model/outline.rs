@@ -26,9 +26,7 @@ impl Outline {
                 let names = ["y-", "x+", "y+", "x-"].map(str::to_owned);
                 Ok(Self { loops: vec![(0..4).map(side).collect()], faces: vec![names.to_vec()] })
             }
-            Shape::Disk { center, radius } => {
-                Ok(Self { loops: vec![circle(center, *radius)], faces: vec![vec!["outer".to_owned(); 4]] })
-            }
+            Shape::Disk { center, radius } => Ok(Self { loops: vec![circle(center, *radius)], faces: vec![vec!["outer".to_owned(); 4]] }),
             Shape::Ring { center, inner, outer } => Ok(Self {
                 loops: vec![circle(center, *outer), turned(&circle(center, *inner))],
                 faces: vec![vec!["outer".to_owned(); 4], vec!["inner".to_owned(); 4]],

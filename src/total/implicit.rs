@@ -79,6 +79,7 @@ impl Total {
             self.spread(&mut guess);
         }
         let before = if scheme.has_inertia() || !model.needs.work { Vec::new() } else { self.supports(model, state, time)? };
+        let pulled = self.pulls.clone();
         let rules = model.newton;
         let mut step = Step::new(self, model, state, scheme, h, matrix);
         // a guess too far may invert particles: then from the start
@@ -101,6 +102,14 @@ impl Total {
         }
         for held in &self.held {
             self.impulse[held.boundary][held.axis] += h * residual.supports[held.node][held.axis];
+        }
+        if !self.surfaces.is_empty() {
+            let now = std::mem::take(&mut self.pulls);
+            // where there is no inertia, work is done by the mean of both ends, as with loads
+            let mean =
+                |(b, now): (usize, &[f64; 3])| pulled.get(b).map_or(*now, |start| std::array::from_fn(|a| 0.5 * (start[a] + now[a])));
+            let working = if scheme.has_inertia() { now.clone() } else { now.iter().enumerate().map(mean).collect() };
+            self.reap(model, state, [&now, &working], [time, time + h]);
         }
         self.kicked += h;
         if model.needs.work {
@@ -214,6 +223,7 @@ impl<'a> Step<'a> {
         let outer = self.at(moved, self.trial.outer);
         let time = self.time + self.trial.time * self.length;
         let follows = self.total.load_stiffness(self.model, self.state, time, &outer, self.trial.outer, self.matrix)?;
+        self.total.pull_stiffness(self.model, self.state, time, &outer, self.trial.outer, self.matrix)?;
         let by_moved = self.trial.acceleration[0];
         if self.scheme.has_inertia() {
             for body in &self.total.bodies {
@@ -243,10 +253,11 @@ impl Balance for Step<'_> {
             let summed = (self.total.sweeps.force)(&task, &self.state.particles, &mut internal);
             summed.map_err(|trouble| self.total.explain(self.model, self.state, self.time, &trouble))?;
         }
-        self.total.fold(&mut internal);
         let outer = self.at(moved, self.trial.outer);
-        let mut loads = vec![[0.0; 3]; n];
         let time = self.time + self.trial.time * self.length;
+        self.total.pulls = self.total.pull(self.model, self.state, time, &outer, &mut internal)?;
+        self.total.fold(&mut internal);
+        let mut loads = vec![[0.0; 3]; n];
         self.total.load(self.model, self.state, time, &outer, &mut loads)?;
         let mut forces: Vectors = internal.iter().zip(&loads).map(|(i, e)| std::array::from_fn(|a| i[a] + e[a])).collect();
         let norm = |v: &[[f64; 3]]| v.iter().flatten().map(|v| v * v).sum::<f64>().sqrt();

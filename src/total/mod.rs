@@ -15,6 +15,9 @@ mod pace;
 mod precondition;
 mod reference;
 #[cfg(test)]
+mod slivers;
+mod surface;
+#[cfg(test)]
 mod tests;
 mod ties;
 mod updated;
@@ -32,6 +35,7 @@ use iterative::Precondition;
 use load::{Action, Host};
 use mass::Mass;
 use reference::{Reference, Vectors};
+use surface::Surface;
 
 /// A grid with all that never changes.
 struct Body {
@@ -65,6 +69,8 @@ pub(crate) struct Total {
     /// Whether the reference is the configuration at the start of a step, not that of time 0.
     updated: bool,
     held: Vec<Held>,
+    /// Held faces of bodies that cut cells.
+    surfaces: Vec<Surface>,
     /// One a load.
     actions: Vec<Action>,
     sweeps: Sweeps,
@@ -79,6 +85,8 @@ pub(crate) struct Total {
     residuals: Vec<f64>,
     /// Internal forces at the displacement of the state \[N\]; empty where they are not known.
     internal: Vectors,
+    /// What boundaries do to the bodies at held faces there \[N\].
+    pulls: Vectors,
     external: Vectors,
     acceleration: Vectors,
     column: Vec<f64>,
@@ -94,13 +102,13 @@ impl Total {
     pub(crate) fn new(model: &Model, state: &State) -> Self {
         let mut bodies: Vec<Body> = Vec::new();
         let (mut start, mut held) = (0, Vec::new());
-        for body in &model.bodies {
+        for (number, body) in model.bodies.iter().enumerate() {
             let places = body.particles.clone().map(|p| model.reference(p as u32));
             let mut reference = Reference::new(&body.axes, body.map.as_ref(), start, places);
             if let Some(cut) = body.fit.cut() {
                 reference = reference.cut(&state.particles.volume[body.particles.clone()], cut.edge(), extends(model));
             }
-            let own = hold(&reference, model);
+            let own = hold(&reference, model, number);
             start += reference.len();
             let masses = &state.particles.mass[body.particles.clone()];
             let full: f64 = body.density * body.axes.iter().map(|axis| axis.cell_size() * f64::from(axis.cells())).product::<f64>();
@@ -118,7 +126,15 @@ impl Total {
         };
         let parts = model.bodies.iter().enumerate().map(part).collect();
         let lookup = (0..state.particles.len() as u32).collect();
-        Self::assemble(model, state, bodies, parts, held, lookup, false)
+        let mut total = Self::assemble(model, state, bodies, parts, held, lookup, false);
+        for (boundary, held) in model.boundaries.iter().enumerate() {
+            if let Some((body, face)) = held.surface()
+                && let Some(cut) = model.bodies[body].fit.cut()
+            {
+                total.surfaces.push(Surface::new(model, boundary, body, cut, face, &total.bodies[body].reference));
+            }
+        }
+        total
     }
 
     fn assemble(
@@ -137,6 +153,7 @@ impl Total {
         Self {
             actions,
             held,
+            surfaces: Vec::new(),
             bodies,
             parts,
             updated,
@@ -147,6 +164,7 @@ impl Total {
             iterations: 0,
             residuals: Vec::new(),
             internal: Vec::new(),
+            pulls: Vec::new(),
             external: Vec::new(),
             acceleration: vec![[0.0; 3]; nodes],
             column: Vec::new(),
@@ -197,17 +215,18 @@ impl Total {
         &self.lookup
     }
 
-    /// Whether a boundary holds any node.
+    /// Whether a boundary holds any node or face.
     pub(crate) fn is_held_by(&self, boundary: usize) -> bool {
-        self.held.iter().any(|held| held.boundary == boundary)
+        self.held.iter().any(|held| held.boundary == boundary) || self.surfaces.iter().any(|surface| surface.boundary == boundary)
     }
 
-    /// Whether boundaries keep every body from drifting, and from turning: they hold two nodes along each axis.
+    /// Whether boundaries keep every body from drifting, and from turning: they hold two nodes, or a face, along each axis.
     pub(crate) fn is_supported(&self, dimension: usize) -> bool {
-        self.bodies.iter().all(|body| {
+        self.bodies.iter().enumerate().all(|(number, body)| {
             let nodes = body.reference.start..body.reference.start + body.reference.len();
             let count = |axis: usize| self.held.iter().filter(|held| held.axis == axis && nodes.contains(&held.node)).count();
-            (0..dimension).all(|axis| count(axis) >= if dimension > 1 { 2 } else { 1 })
+            let face = |axis: usize| self.surfaces.iter().any(|surface| surface.body == number && surface.holds_axis(axis));
+            (0..dimension).all(|axis| face(axis) || count(axis) >= if dimension > 1 { 2 } else { 1 })
         })
     }
 
@@ -283,6 +302,7 @@ impl Total {
                 return Err(self.explain(model, state, time, &trouble));
             }
         }
+        self.pulls = self.pull(model, state, time, &state.nodes.displacement, &mut internal)?;
         self.fold(&mut internal);
         self.internal = internal;
         Ok(())
@@ -418,12 +438,15 @@ fn extends(model: &Model) -> bool {
 }
 
 /// Components that boundaries hold; a later boundary overrides an earlier one.
-fn hold(reference: &Reference, model: &Model) -> Vec<Held> {
+fn hold(reference: &Reference, model: &Model, body: usize) -> Vec<Held> {
     let mut held = Vec::new();
     for i in (0..reference.len()).filter(|i| reference.is_own(*i)) {
         let place = reference.place(i);
         for axis in 0..model.dimension {
-            let holds = |b: &Boundary| b.holds_axis(axis) && b.holds_place(&model.axes, &place[..model.dimension]);
+            let on = |b: &Boundary| {
+                b.holds_place(&model.axes, &place[..model.dimension]) || b.holds_end(body, &reference.axes, &reference.index(i))
+            };
+            let holds = |b: &Boundary| b.holds_axis(axis) && on(b);
             if let Some(boundary) = model.boundaries.iter().rposition(holds) {
                 held.push(Held { node: reference.start + i, axis, boundary });
             }

@@ -10,8 +10,10 @@ use crate::quadrature::EdgePoint;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A function is stable where it has a cell in its support of which at least this much is in the body. Where no such cells are near, those
-/// with half as much must do, down to the last of these. (Measured on a rectangle of degree 3 at 50 places and 50 angles, see
-/// `tests/cut_cells.rs`: the stable step is proportional to the smallest cells that count, the error grows with how far functions reach.)
+/// with half as much must do, down to the last of these.
+///
+/// Measured at degree 3 on a rectangle at 50 places and 50 angles (`slivers.rs`, `tests/cut_cells.rs`): from 0.25 over 0.5 to 0.75 the worst stable
+/// step grows from 2.1 over 3.1 to 4.4 ms, and the worst error from 0.07 over 0.09 to 0.13 mm; at 0.98 that is 0.35 mm.
 const SHARES: [f64; 5] = [0.5, 0.25, 0.125, 0.0625, 0.03125];
 /// How far a point may stray from its cell by round-off, in cells.
 const ROUND_OFF: f64 = 1e-9;
@@ -68,7 +70,9 @@ impl Ties {
         let mut follow = Vec::new();
         if extends {
             // a cell more all around: points on the edge, and those that are watched near it, may fall there
-            let beside = |[i, j, k]: [usize; 3]| (i.saturating_sub(1)..=i + 1).flat_map(move |i| (j.saturating_sub(1)..=j + 1).map(move |j| [i, j, k]));
+            let beside = |[i, j, k]: [usize; 3]| {
+                (i.saturating_sub(1)..=i + 1).flat_map(move |i| (j.saturating_sub(1)..=j + 1).map(move |j| [i, j, k]))
+            };
             let inside = |cell: &[usize; 3]| (0..2).all(|a| cell[a] + width <= reference.counts[a]);
             let mut open: BTreeSet<usize> = cells.iter().flat_map(|cell| beside(*cell)).filter(inside).flat_map(functions).collect();
             let extension = Extension::new(axes);
@@ -84,7 +88,7 @@ impl Ties {
                 let is_stable = |[i, j, _]: [i32; 3]| {
                     (0..counts[0]).contains(&i) && (0..counts[1]).contains(&j) && roles[i as usize * rows + j as usize] == Role::Own
                 };
-                let found: Vec<(usize, Vec<([i32; 3], f64)>)> = open
+                let found: Vec<_> = open
                     .iter()
                     .filter_map(|&node| Some((node, extension.of([(node / rows) as i32, (node % rows) as i32, 0], is_stable)?)))
                     .collect();
