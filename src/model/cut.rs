@@ -1,11 +1,12 @@
 //! Bodies of the total formulation whose edge cuts the cells of their grid.
 
+use super::Body;
 use super::outline::Outline;
 use super::sample::Sample;
 use crate::basis::Axis;
 pub(super) use crate::quadrature::Lost;
 use crate::quadrature::{CutQuadrature, EdgePoint, GridAxis};
-use crate::scene::{FacePoint, OneOrEach};
+use crate::scene::{Body as SceneBody, FacePoint, OneOrEach, Scene};
 
 /// How the grid of a body fits it.
 #[derive(Debug, Clone)]
@@ -74,4 +75,24 @@ pub(super) fn cut(
     quadrature.prepare(&outline.loops)?;
     let samples = quadrature.points.iter().map(|point| Sample { position: point.position, volume: point.weight }).collect();
     Ok((own, samples, Cut { outline, edge: quadrature.edge }))
+}
+
+/// Axis and end of the grid of a body that are a face of it, where the grid is fitted to it; why the face cannot be held, if so.
+pub(super) fn surface_end(body: &Body, described: &SceneBody, face: &str, scene: &Scene) -> Result<Option<(usize, bool)>, String> {
+    if !scene.method.is_total() {
+        return Ok(None);
+    }
+    let side = match (&body.fit, &body.map) {
+        (Fit::Cut(_), _) if !body.material.has_potential() => {
+            return Err("holds a face that cuts cells, for which the material must have a stored energy, as hypo_elastic has not".into());
+        }
+        (Fit::Cut(_), _) if scene.method.mean_dilatation => {
+            return Err("holds a face that cuts cells, which does not go with `method.mean_dilatation`".into());
+        }
+        (Fit::Cut(_), _) => return Ok(None),
+        (Fit::Around(why), _) => return Err(format!("holds a face of `{}`, whose edge is not known: {why}; take a region", body.name)),
+        (Fit::Whole, Some(map)) => map.side(&described.shape, face).unwrap_or_default(),
+        (Fit::Whole, None) => face,
+    };
+    Ok(["x", "y", "z"].iter().position(|axis| side.starts_with(axis)).map(|axis| (axis, side.ends_with('+'))))
 }

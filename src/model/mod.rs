@@ -566,26 +566,6 @@ fn set_initial_velocity(particles: &mut Particles, body: &Body, described: &scen
     Ok(())
 }
 
-/// Axis and end of the grid of a body that are a face of it, where the grid is fitted to it; why the face cannot be held, if so.
-fn surface_end(body: &Body, described: &scene::Body, face: &str, scene: &scene::Scene) -> Result<Option<(usize, bool)>, String> {
-    if !scene.method.is_total() {
-        return Ok(None);
-    }
-    let side = match (&body.fit, &body.map) {
-        (Fit::Cut(_), _) if !body.material.has_potential() => {
-            return Err("holds a face that cuts cells, for which the material must have a stored energy, as hypo_elastic has not".into());
-        }
-        (Fit::Cut(_), _) if scene.method.mean_dilatation => {
-            return Err("holds a face that cuts cells, which does not go with `method.mean_dilatation`".into());
-        }
-        (Fit::Cut(_), _) => return Ok(None),
-        (Fit::Around(why), _) => return Err(format!("holds a face of `{}`, whose edge is not known: {why}; take a region", body.name)),
-        (Fit::Whole, Some(map)) => map.side(&described.shape, face).unwrap_or_default(),
-        (Fit::Whole, None) => face,
-    };
-    Ok(["x", "y", "z"].iter().position(|axis| side.starts_with(axis)).map(|axis| (axis, side.ends_with('+'))))
-}
-
 fn boundary(name: &str, described: &scene::Boundary, scene: &scene::Scene, bodies: &[Body]) -> Result<Boundary, Fault> {
     let region = match (&described.face, &described.region, &described.surface) {
         (Some(face), ..) => {
@@ -595,7 +575,7 @@ fn boundary(name: &str, described: &scene::Boundary, scene: &scene::Scene, bodie
         (None, Some(shape), _) => Region::Shape(shape.clone()),
         (None, None, Some(surface)) => {
             let body = scene.body.get_index_of(&surface.body).unwrap_or_default();
-            let end = surface_end(&bodies[body], &scene.body[body], &surface.face, scene)
+            let end = cut::surface_end(&bodies[body], &scene.body[body], &surface.face, scene)
                 .map_err(|message| Fault::new(format!("boundary.{name}.surface"), message))?;
             Region::Surface { body, face: surface.face.clone(), end }
         }

@@ -431,8 +431,9 @@ impl Total {
 }
 
 /// Whether functions with little of a body in their support follow others. Where inertia is lumped they stay as they are: rows of weights of
-/// both signs may sum to a mass below zero, and the frequencies of lumped splines, which are smooth, do not depend on how little of one is in
-/// the body (Leidinger 2020, Explicit isogeometric B-Rep analysis for nonlinear dynamic crash simulations, chapter 4).
+/// both signs may sum to a mass below zero, and from degree 2 on frequencies of lumped splines do not depend on how little of one is in the
+/// body (Leidinger 2020, Explicit isogeometric B-Rep analysis for nonlinear dynamic crash simulations; proofs in arXiv:2410.17857). Their low
+/// modes lose accuracy, though (arXiv:2502.00452), and a held face takes from the stable step.
 fn extends(model: &Model) -> bool {
     !model.balance.is_lumped() || model.implicit.is_some_and(|scheme| !scheme.has_inertia())
 }
