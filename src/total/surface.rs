@@ -23,7 +23,7 @@ use crate::state::State;
 
 /// beta over the modulus of compression over the cell, for each function along an axis squared. Measured for degree 1 to 4 on a rectangle at 50
 /// places and 50 angles (`slivers.rs`): the stiffness at rest is positive from 0.68 of it on. More of it takes from the stable step with its
-/// square root; this one takes a third to a half.
+/// square root; this one takes up to half of it.
 const PENALTY: f64 = 2.0;
 /// Panels in which prescribed velocities are summed up.
 const PANELS: usize = 1024;
