@@ -77,6 +77,8 @@
 //!   have (`step/contact.rs`). An impulse acts only between nodes that approached before the kick too; Bardenhagen's rule alone adds energy.
 //! - An implicit step of the updated formulation is a step of the total one whose reference is the configuration at its start
 //!   (`total/updated.rs`): one residual and one tangent for both, tested against differences for each law (`total/tests.rs`).
+//! - Bodies that cut cells in the total formulation keep all functions in their fields; those with little support are tied to others where forces
+//!   are summed and matrices assembled (`total/ties.rs`), so that kernels know nothing of it. Their held faces add an energy (`total/surface.rs`).
 //! - In the total formulation velocity stays on the nodes, and the particles are quadrature points: nothing is projected, nothing is lost.
 //! - Mass matrices of the step through a grid are never assembled: rows of shape functions at the points where mass sits (`step/mass.rs`). Rows of nodes lighter than a
 //!   particle are lumped, which keeps the stable step and cures what makes the papers' consistent mass fail at a free end.

@@ -129,6 +129,11 @@ impl Solver {
         }
     }
 
+    /// How grids of bodies of their own fit them, in words.
+    pub(crate) fn grids(&self, model: &Model) -> Option<String> {
+        if let Self::Total(total) = self { Some(total.grids(model)) } else { None }
+    }
+
     /// Memory of grids and tables \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
         match self {

@@ -19,7 +19,7 @@ fn built_in_rust() -> Scene {
         seed: 0,
         velocity: vec![Expr::Number(0.0), Expr::Formula("0.1*x".into())],
     };
-    let tip = Traction { body: "beam".into(), surface: None, face: "x+".into(), value: Signal::External(External::External) };
+    let tip = Traction { body: "beam".into(), face: "x+".into(), value: Signal::External(External::External) };
     Scene {
         title: "the same from TOML, Rust and Python".into(),
         dimension: 2,
@@ -28,7 +28,7 @@ fn built_in_rust() -> Scene {
         material: indexmap! { "rubber".into() => Material { law: Law::NeoHookean, young: 1e6, poisson: 0.3, density: 100.0 } },
         body: indexmap! { "beam".into() => beam },
         boundary: indexmap! { "root".into() => Boundary {
-            surface: None, face: Some("x-".into()), region: None, fixed: vec![Axis::X, Axis::Y], velocity: indexmap! {}
+            face: Some("x-".into()), region: None, surface: None, fixed: vec![Axis::X, Axis::Y], velocity: indexmap! {}
         } },
         load: indexmap! {
             "weight".into() => Load::Gravity(Signal::Components(numbers(&[0.0, -9.81]))),

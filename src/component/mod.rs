@@ -355,7 +355,7 @@ impl Simulation {
             Pace::Cfl(share) => format!("{share} of the stable step"),
             Pace::Error { allowed, longest } => format!("up to {longest} s, by an error of {allowed} m a step"),
         };
-        let method = vec![
+        let mut method = vec![
             ("formulation", if model.total { "total Lagrangian" } else { "updated Lagrangian" }.into()),
             ("basis", words::basis(&self.scene)),
             ("quadrature", words::quadrature(&self.scene.method)),
@@ -364,6 +364,9 @@ impl Simulation {
             ("integrator", words::integrator(model.integrator).into()),
             ("step", step),
         ];
+        if let Some(grids) = self.solver.grids(model) {
+            method.insert(1, ("grid", grids));
+        }
         let needs = &model.needs;
         let parts = [
             (needs.affine, "affine matrix of each particle (APIC, ASFLIP)"),

@@ -1,13 +1,16 @@
 //! 2 COMPILE: Scene -> Model: immutable tables, and [`Needs`]: what this scene needs, and so what it does not.
 
 mod chart;
+mod cut;
 mod finder;
 mod lattice;
 mod load;
 mod map;
+mod outline;
 mod sample;
 
 pub(crate) use chart::Chart;
+pub(crate) use cut::{Cut, Fit};
 pub(crate) use load::{Load, SPACE_TIME, Side, Signal, SurfacePoint, Target};
 
 use crate::basis::{Axis, Family};
@@ -19,6 +22,7 @@ use finder::Finder;
 pub(crate) use lattice::Lattice;
 use lattice::lattice;
 pub(crate) use map::Quadrilateral;
+use outline::Outline;
 use sample::{Sample, sample};
 
 /// A scene made ready to run.
@@ -36,6 +40,8 @@ pub(crate) struct Model {
     pub(crate) probes: Vec<Probe>,
     /// Position at time 0 by particle id \[m\].
     pub(crate) reference: Table,
+    /// End of a run, as the scene has it \[s\].
+    pub(crate) end: f64,
     /// Whether bodies have grids of their own, at time 0.
     pub(crate) total: bool,
     /// Whether particles have the volume ratio of their cell.
@@ -85,6 +91,8 @@ pub(crate) struct Body {
     pub(crate) axes: Vec<Axis>,
     /// Where its own grid is bent.
     pub(crate) map: Option<Quadrilateral>,
+    /// How its own grid fits it.
+    pub(crate) fit: Fit,
     /// Half the length of the domain of a particle at time 0 \[m\].
     pub(crate) half: [f64; 3],
     /// The particles line by line; only where quadrature asks for it.
@@ -146,10 +154,11 @@ enum Region {
         upper: bool,
     },
     Shape(Shape),
-    /// A face of a body, by its number.
+    /// A face of a body, by its number; the axis and end of the grid where that is fitted to it.
     Surface {
         body: usize,
         face: String,
+        end: Option<(usize, bool)>,
     },
 }
 
@@ -157,9 +166,15 @@ impl Boundary {
     /// The face of a body that it holds, with the number of the body.
     pub(crate) fn surface(&self) -> Option<(usize, &str)> {
         match &self.region {
-            Region::Surface { body, face } => Some((*body, face)),
+            Region::Surface { body, face, .. } => Some((*body, face)),
             Region::Face { .. } | Region::Shape(_) => None,
         }
+    }
+
+    /// Whether the node of the own grid of a body lies on the face of that body that it holds.
+    pub(crate) fn holds_end(&self, number: usize, axes: &[Axis], node: &[i32; 3]) -> bool {
+        matches!(&self.region, Region::Surface { body, end: Some((axis, upper)), .. }
+            if *body == number && axes[*axis].ends(node[*axis], *upper))
     }
 
     /// Whether the node of a body's own grid lies in the region: on the face of the grid of the scene, or in the shape.
@@ -326,37 +341,51 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         let material = &scene.material[&body.material];
         let start = samples.len();
         let map = if method.is_total() { Quadrilateral::new(&body.shape) } else { None };
-        let own = match &map {
-            Some(map) => fitted(&[0.0; 2], &map.lengths, &axes),
-            None if method.is_total() => {
-                let (lower, upper) = body.shape.bounds(dimension);
-                fitted(&lower, &upper, &axes)
-            }
-            None => axes.clone(),
-        };
         let per_cell = scene.particles_per_cell(body);
         let chart = if dimension == 2 && method.quadrature == Quadrature::Splines { Chart::new(&body.shape) } else { None };
         let mut sheet = None;
-        match &map {
-            None if chart.is_some() => {
-                if let Some(chart) = chart {
-                    let spacing = [0, 1].map(|a| own[a].cell_size() / per_cell.axis(a).unwrap_or(1) as f64);
-                    let (in_rows, sites) = chart.sample(spacing);
-                    sheet = Some(Lattice::of_chart(chart, sites, start));
-                    samples.extend(in_rows);
-                }
-            }
-            Some(map) => {
+        let (own, made, fit) = match (&map, &body.shape) {
+            (Some(map), _) => {
+                let own = fitted(&[0.0; 2], &map.lengths, &axes);
                 let whole = scene::Body { shape: Shape::Box { min: vec![0.0; 2], max: map.lengths.to_vec() }, ..body.clone() };
                 let in_grid = sample(&whole, &per_cell, scene.positions(body), &own);
-                samples.extend(
-                    in_grid
-                        .iter()
-                        .map(|s| Sample { position: map.place(s.position), volume: s.volume * map.jacobian(s.position).determinant() }),
-                );
+                let bent =
+                    |s: &Sample| Sample { position: map.place(s.position), volume: s.volume * map.jacobian(s.position).determinant() };
+                (own, in_grid.iter().map(bent).collect(), Fit::Whole)
             }
-            None => samples.extend(sample(body, &per_cell, scene.positions(body), &own)),
-        }
+            (None, shape) if method.is_total() => {
+                let (lower, upper) = shape.bounds(dimension);
+                let whole = matches!(shape, Shape::Box { .. });
+                match Outline::new(shape) {
+                    Ok(outline) if !whole => {
+                        let lost = |lost: cut::Lost| {
+                            Fault::new(
+                                format!("body.{name}.shape"),
+                                format!("has an edge that cannot be followed near {:?} m", lost.position),
+                            )
+                        };
+                        let (own, made, cut) = cut::cut(outline, [&lower, &upper], &axes, &per_cell).map_err(lost)?;
+                        (own, made, Fit::Cut(cut))
+                    }
+                    outline => {
+                        let own = fitted(&lower, &upper, &axes);
+                        let made = sample(body, &per_cell, scene.positions(body), &own);
+                        let fit = outline.err().filter(|_| !whole).map_or(Fit::Whole, Fit::Around);
+                        (own, made, fit)
+                    }
+                }
+            }
+            (None, _) => match chart {
+                Some(chart) => {
+                    let spacing = [0, 1].map(|a| axes[a].cell_size() / per_cell.axis(a).unwrap_or(1) as f64);
+                    let (in_rows, sites) = chart.sample(spacing);
+                    sheet = Some(Lattice::of_chart(chart, sites, start));
+                    (axes.clone(), in_rows, Fit::Whole)
+                }
+                None => (axes.clone(), sample(body, &per_cell, scene.positions(body), &axes), Fit::Whole),
+            },
+        };
+        samples.extend(made);
         if samples.len() == start {
             return Err(Fault::new(
                 format!("body.{name}.shape"),
@@ -389,6 +418,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
             half: std::array::from_fn(half),
             axes: own,
             map,
+            fit,
             lattice: ordered,
         });
     }
@@ -429,7 +459,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         set_initial_velocity(&mut state.particles, body, described, dimension).map_err(fault(format!("body.{}.velocity", body.name)))?;
     }
 
-    let boundaries = scene.boundary.iter().map(|(name, b)| boundary(name, b, scene)).collect::<Result<Vec<_>, _>>()?;
+    let boundaries = scene.boundary.iter().map(|(name, b)| boundary(name, b, scene, &bodies)).collect::<Result<Vec<_>, _>>()?;
     let wall = |(number, boundary): (usize, &Boundary)| {
         let (body, face) = boundary.surface()?;
         Some((number, side(&bodies, scene, body, face)?))
@@ -487,6 +517,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         loads,
         probes,
         reference,
+        end: scene.time.end,
         integrator: method.integrator(),
         implicit,
         remembers_acceleration,
@@ -578,7 +609,7 @@ fn set_initial_velocity(particles: &mut Particles, body: &Body, described: &scen
     Ok(())
 }
 
-fn boundary(name: &str, described: &scene::Boundary, scene: &scene::Scene) -> Result<Boundary, Fault> {
+fn boundary(name: &str, described: &scene::Boundary, scene: &scene::Scene, bodies: &[Body]) -> Result<Boundary, Fault> {
     let region = match (&described.face, &described.region, &described.surface) {
         (Some(face), ..) => {
             let axis = ["x", "y", "z"].iter().position(|a| face.starts_with(a)).unwrap_or(0);
@@ -586,11 +617,10 @@ fn boundary(name: &str, described: &scene::Boundary, scene: &scene::Scene) -> Re
         }
         (None, Some(shape), _) => Region::Shape(shape.clone()),
         (None, None, Some(surface)) => {
-            let body = scene
-                .body
-                .get_index_of(&surface.body)
-                .ok_or_else(|| Fault::new(format!("boundary.{name}.surface.body"), format!("there is no body `{}`", surface.body)))?;
-            Region::Surface { body, face: surface.face.clone() }
+            let body = scene.body.get_index_of(&surface.body).unwrap_or_default();
+            let end = cut::surface_end(&bodies[body], &scene.body[body], &surface.face, scene)
+                .map_err(|message| Fault::new(format!("boundary.{name}.surface"), message))?;
+            Region::Surface { body, face: surface.face.clone(), end }
         }
         (None, None, None) => return Err(Fault::new(format!("boundary.{name}"), "needs a `face`, a `region` or a `surface`")),
     };

@@ -61,7 +61,7 @@ pub struct Method {
     /// Most iterations of Newton's method before a step is halved; 20 if left out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub newton_iterations: Option<usize>,
-    /// How the linear systems of Newton's method are solved; by their size if left out.
+    /// How the linear systems of Newton's method are solved; by their size if left out, and always by a factor where a body cuts cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub linear_solver: Option<LinearSolver>,
     /// Whether the particles of a cell share its mean change of volume: keeps nearly incompressible bodies from locking. For the total
@@ -192,8 +192,13 @@ impl Written {
 pub enum Formulation {
     /// That of now: particles move through a grid, which forgets after each step. Bodies may touch, and deform without bounds.
     Updated,
-    /// That of time 0: each body has a grid of its own, fitted to it, that deforms with it, so that shape functions are computed once. For
-    /// bodies that do not touch: far more accurate, and cheaper.
+    /// That of time 0: each body has a grid of its own that deforms with it, so that shape functions are computed once. For bodies that do not
+    /// touch: far more accurate, and cheaper. The grid is fitted to boxes and convex polygons of four corners. In dimension 2 the edge of disks,
+    /// rings, other polygons, and differences whose holes are wholly inside and apart, cuts cells of the grid of the scene: particles are the
+    /// points of a quadrature of what is inside, functions with little of the body follow others (extended B-splines), and the order is that of
+    /// a fitted grid, wherever the body lies. Such bodies are held by `boundary.NAME.surface`: regions hold functions, of which none is alone at
+    /// an edge. With lumped mass no function follows another: from degree 2 on the stable step does not suffer, but order is lost. Any other
+    /// shape has the grid of the box around it, and its edge is known to a particle only.
     Total,
 }
 

@@ -152,7 +152,7 @@ pub struct Body {
     /// formulation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub particles_per_cell: Option<OneOrEach<usize>>,
-    /// Where in a cell the particles sit: `uniform` if left out, `gauss` for the total formulation.
+    /// Where in a cell the particles sit: `uniform` if left out, `gauss` for the total formulation, and always where a body cuts cells in it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub positions: Option<Positions>,
     /// Seed of the jitter.
@@ -208,7 +208,8 @@ pub struct Boundary {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Shape>,
     /// A face of a body, wherever it lies in the grid: what sticks to a wall. In dimension 2, for formulation = "total" and for
-    /// quadrature = "splines".
+    /// quadrature = "splines". In "total", where the face cuts cells it is held by Nitsche's method: for laws with a stored energy, without
+    /// `mean_dilatation`; the work of its forces is not counted as stored energy.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<Surface>,
     /// Axes along which the velocity is zero.

@@ -117,7 +117,7 @@ impl Shape {
     }
 
     /// Whether `x` lies in the interior by more than `slack`.
-    fn contains_interior(&self, x: &[f64], slack: f64) -> bool {
+    pub(crate) fn contains_interior(&self, x: &[f64], slack: f64) -> bool {
         match self {
             Self::Ring { center, inner, outer } => {
                 let r = distance(x, center);

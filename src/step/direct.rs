@@ -1,6 +1,6 @@
 //! A sparse factor of a mass matrix, from which conjugate gradients start: exact but for held nodes.
 
-use super::mass::Reduced;
+use super::mass::{NOTHING, Reduced};
 use crate::grid::Lanes;
 use crate::implicit::{Factor, Matrix};
 
@@ -51,9 +51,18 @@ impl Group {
 impl Direct {
     /// Factors the sum of groups over this many stored nodes. Where it cannot be, there is none.
     pub(super) fn factor(&mut self, nodes: usize, groups: &[Group]) {
-        let pattern: Vec<u32> = groups.iter().flat_map(|g| std::iter::once(g.nodes.len() as u32).chain(g.nodes.iter().copied())).collect();
+        let mut diagonal = vec![0.0; nodes];
+        for group in groups {
+            let n = group.nodes.len();
+            group.nodes.iter().enumerate().for_each(|(i, node)| diagonal[*node as usize] += group.block[i * n + i]);
+        }
+        let least = NOTHING * diagonal.iter().copied().fold(0.0, f64::max);
+        let mut pattern: Vec<u32> =
+            groups.iter().flat_map(|g| std::iter::once(g.nodes.len() as u32).chain(g.nodes.iter().copied())).collect();
+        pattern.extend((0..nodes).filter(|node| diagonal[*node] > 0.0 && diagonal[*node] <= least).map(|node| node as u32));
         if self.matrix.is_none() || pattern != self.pattern {
-            self.matrix = Some(Matrix::new(nodes, 1, groups.iter().map(|g| g.nodes.as_slice()), |_, _| false));
+            let groups = groups.iter().map(|g| g.nodes.as_slice());
+            self.matrix = Some(Matrix::new(nodes, 1, groups, |node, _| diagonal[node] <= least));
             self.pattern = pattern;
         }
         self.factor = None;

@@ -22,7 +22,7 @@ const NO_MASS: f64 = 1e-13;
 const ROUND_OFF: f64 = 1e-7;
 
 /// Share of the largest entry of the diagonal up to which a node has no mass: shape functions below 1e-10 are round-off of positions.
-const NOTHING: f64 = 1e-20;
+pub(super) const NOTHING: f64 = 1e-20;
 
 /// A mass matrix and the scratch memory of its solvers.
 #[derive(Debug, Default)]

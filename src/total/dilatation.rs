@@ -210,7 +210,7 @@ fn stiffness<const D: usize, const W: usize>(
                 block[column * size + row] += share * (by_theta[row] * of_theta[column] + by_pressure * of_theta[row] * change);
             }
         }
-        matrix.add(&nodes, &block);
+        task.reference.add(matrix, &nodes, D, &block);
         Ok(())
     })
 }

@@ -73,6 +73,10 @@ impl Total {
             acceleration[held.node][held.axis] = (velocity(to) - velocity(from)) / h;
         }
         self.solve(model, &total, &mut acceleration);
+        if !self.surfaces.is_empty() {
+            let pulls = self.pulls.clone();
+            self.reap(model, state, [&pulls, &pulls], [from, to]);
+        }
         let velocity = &mut state.nodes.velocity;
         // what a force does in a kick is the mean of the velocities before and after
         let path = |node: usize, a: usize, velocity: &Vectors| h * (velocity[node][a] + 0.5 * h * acceleration[node][a]);

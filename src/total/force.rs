@@ -171,7 +171,7 @@ fn stiffness<const D: usize, const W: usize>(
         let at = task.reference.particle(p - task.offset);
         if cell != Some(at.cell()) {
             if cell.is_some() {
-                matrix.add(&nodes, &block);
+                task.reference.add(matrix, &nodes, D, &block);
                 block.fill(0.0);
             }
             cell = Some(at.cell());
@@ -207,7 +207,7 @@ fn stiffness<const D: usize, const W: usize>(
         }
     }
     if cell.is_some() {
-        matrix.add(&nodes, &block);
+        task.reference.add(matrix, &nodes, D, &block);
     }
     Ok(())
 }

@@ -65,6 +65,7 @@ impl Total {
             prescribed[held.node][held.axis] =
                 if scheme.is_conserving() { 0.5 * h * ends } else { h / 6.0 * (ends + 4.0 * velocity(time + 0.5 * h)) };
         }
+        self.spread(&mut prescribed);
         let moves = prescribed.iter().flatten().any(|v| *v != 0.0);
         // the unknown is what the step adds: round-off of the displacement of a body that has travelled far would drown its inertia
         let mut guess = vec![[0.0; 3]; start.len()];
@@ -75,8 +76,10 @@ impl Total {
             for held in &self.held {
                 guess[held.node][held.axis] = 0.0;
             }
+            self.spread(&mut guess);
         }
         let before = if scheme.has_inertia() || !model.needs.work { Vec::new() } else { self.supports(model, state, time)? };
+        let pulled = self.pulls.clone();
         let rules = model.newton;
         let mut step = Step::new(self, model, state, scheme, h, matrix);
         // a guess too far may invert particles: then from the start
@@ -99,6 +102,14 @@ impl Total {
         }
         for held in &self.held {
             self.impulse[held.boundary][held.axis] += h * residual.supports[held.node][held.axis];
+        }
+        if !self.surfaces.is_empty() {
+            let now = std::mem::take(&mut self.pulls);
+            // where there is no inertia, work is done by the mean of both ends, as with loads
+            let mean =
+                |(b, now): (usize, &[f64; 3])| pulled.get(b).map_or(*now, |start| std::array::from_fn(|a| 0.5 * (start[a] + now[a])));
+            let working = if scheme.has_inertia() { now.clone() } else { now.iter().enumerate().map(mean).collect() };
+            self.reap(model, state, [&now, &working], [time, time + h]);
         }
         self.kicked += h;
         if model.needs.work {
@@ -133,6 +144,7 @@ impl Total {
             let given = model.boundaries[held.boundary].velocity(held.axis, state.time + h).unwrap_or(0.0);
             velocity[held.node][held.axis] = if scheme.has_inertia() { given } else { 0.0 };
         }
+        self.spread(&mut velocity);
         (velocity, acceleration)
     }
 
@@ -211,6 +223,7 @@ impl<'a> Step<'a> {
         let outer = self.at(moved, self.trial.outer);
         let time = self.time + self.trial.time * self.length;
         let follows = self.total.load_stiffness(self.model, self.state, time, &outer, self.trial.outer, self.matrix)?;
+        self.total.pull_stiffness(self.model, self.state, time, &outer, self.trial.outer, self.matrix)?;
         let by_moved = self.trial.acceleration[0];
         if self.scheme.has_inertia() {
             for body in &self.total.bodies {
@@ -241,8 +254,10 @@ impl Balance for Step<'_> {
             summed.map_err(|trouble| self.total.explain(self.model, self.state, self.time, &trouble))?;
         }
         let outer = self.at(moved, self.trial.outer);
-        let mut loads = vec![[0.0; 3]; n];
         let time = self.time + self.trial.time * self.length;
+        self.total.pulls = self.total.pull(self.model, self.state, time, &outer, &mut internal)?;
+        self.total.fold(&mut internal);
+        let mut loads = vec![[0.0; 3]; n];
         self.total.load(self.model, self.state, time, &outer, &mut loads)?;
         let mut forces: Vectors = internal.iter().zip(&loads).map(|(i, e)| std::array::from_fn(|a| i[a] + e[a])).collect();
         let norm = |v: &[[f64; 3]]| v.iter().flatten().map(|v| v * v).sum::<f64>().sqrt();
@@ -290,6 +305,7 @@ impl Balance for Step<'_> {
         for ((node, a), x) in self.matrix.components().zip(x) {
             correction[node][a] = x;
         }
+        self.total.spread(&mut correction);
         Ok(Some(correction))
     }
 }

@@ -29,6 +29,7 @@ impl Total {
         let unknowns = self.acceleration.len() * model.dimension;
         let can = self.sweeps.linear.is_some()
             && !self.updated
+            && self.bodies.iter().all(|body| body.reference.ties().is_none())
             && !scheme.is_conserving()
             && model.bodies.iter().all(|body| body.material.has_potential())
             && !self.actions.iter().any(|action| matches!(action, Action::Follower(_)));

@@ -37,6 +37,11 @@ impl Total {
             })
             .collect();
         self.held.iter().for_each(|h| vector[h.node][h.axis] = 0.0);
+        for body in &self.bodies {
+            let start = body.reference.start;
+            (0..body.reference.len()).filter(|i| !body.reference.is_own(*i)).for_each(|i| vector[start + i] = [0.0; 3]);
+        }
+        self.spread(&mut vector);
         let (mut known, mut images): (Vec<Vectors>, Vec<Vectors>) = (Vec::new(), Vec::new());
         let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
         for _ in 0..VECTORS.min(n * model.dimension) {

@@ -215,7 +215,7 @@ impl Action {
                     }
                 }
             }
-            matrix.add(&nodes, &block);
+            bodies[piece.body].add(matrix, &nodes, d, &block);
         }
         true
     }

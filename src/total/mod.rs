@@ -15,7 +15,11 @@ mod pace;
 mod precondition;
 mod reference;
 #[cfg(test)]
+mod slivers;
+mod surface;
+#[cfg(test)]
 mod tests;
+mod ties;
 mod updated;
 
 pub(crate) use updated::Updated;
@@ -23,7 +27,7 @@ pub(crate) use updated::Updated;
 use crate::component::StepError;
 use crate::implicit::Matrix;
 use crate::material::point;
-use crate::model::{Boundary, Model};
+use crate::model::{Boundary, Fit, Model};
 use crate::state::{Nodes, State, Table};
 use explicit::Scheme;
 use force::{Sweeps, Task, Trouble};
@@ -31,6 +35,7 @@ use iterative::Precondition;
 use load::{Action, Host};
 use mass::Mass;
 use reference::{Reference, Vectors};
+use surface::Surface;
 
 /// A grid with all that never changes.
 struct Body {
@@ -64,6 +69,8 @@ pub(crate) struct Total {
     /// Whether the reference is the configuration at the start of a step, not that of time 0.
     updated: bool,
     held: Vec<Held>,
+    /// Held faces of bodies that cut cells.
+    surfaces: Vec<Surface>,
     /// One a load.
     actions: Vec<Action>,
     sweeps: Sweeps,
@@ -78,6 +85,8 @@ pub(crate) struct Total {
     residuals: Vec<f64>,
     /// Internal forces at the displacement of the state \[N\]; empty where they are not known.
     internal: Vectors,
+    /// What boundaries do to the bodies at held faces there \[N\].
+    pulls: Vectors,
     external: Vectors,
     acceleration: Vectors,
     column: Vec<f64>,
@@ -93,14 +102,17 @@ impl Total {
     pub(crate) fn new(model: &Model, state: &State) -> Self {
         let mut bodies: Vec<Body> = Vec::new();
         let (mut start, mut held) = (0, Vec::new());
-        for body in &model.bodies {
+        for (number, body) in model.bodies.iter().enumerate() {
             let places = body.particles.clone().map(|p| model.reference(p as u32));
-            let reference = Reference::new(&body.axes, body.map.as_ref(), start, places);
-            let own = hold(&reference, model);
+            let mut reference = Reference::new(&body.axes, body.map.as_ref(), start, places);
+            if let Some(cut) = body.fit.cut() {
+                reference = reference.cut(&state.particles.volume[body.particles.clone()], cut.edge(), extends(model));
+            }
+            let own = hold(&reference, model, number);
             start += reference.len();
             let masses = &state.particles.mass[body.particles.clone()];
             let full: f64 = body.density * body.axes.iter().map(|axis| axis.cell_size() * f64::from(axis.cells())).product::<f64>();
-            let fills = body.map.is_none() && (masses.iter().sum::<f64>() / full - 1.0).abs() < 1e-9;
+            let fills = matches!(body.fit, Fit::Whole) && body.map.is_none() && (masses.iter().sum::<f64>() / full - 1.0).abs() < 1e-9;
             let mass = Mass::new(model, &reference, masses, &own, fills.then_some(body));
             held.extend(own);
             bodies.push(Body { reference, mass });
@@ -114,7 +126,15 @@ impl Total {
         };
         let parts = model.bodies.iter().enumerate().map(part).collect();
         let lookup = (0..state.particles.len() as u32).collect();
-        Self::assemble(model, state, bodies, parts, held, lookup, false)
+        let mut total = Self::assemble(model, state, bodies, parts, held, lookup, false);
+        for (boundary, held) in model.boundaries.iter().enumerate() {
+            if let Some((body, face)) = held.surface()
+                && let Some(cut) = model.bodies[body].fit.cut()
+            {
+                total.surfaces.push(Surface::new(model, boundary, body, cut, face, &total.bodies[body].reference));
+            }
+        }
+        total
     }
 
     fn assemble(
@@ -133,6 +153,7 @@ impl Total {
         Self {
             actions,
             held,
+            surfaces: Vec::new(),
             bodies,
             parts,
             updated,
@@ -143,6 +164,7 @@ impl Total {
             iterations: 0,
             residuals: Vec::new(),
             internal: Vec::new(),
+            pulls: Vec::new(),
             external: Vec::new(),
             acceleration: vec![[0.0; 3]; nodes],
             column: Vec::new(),
@@ -175,6 +197,7 @@ impl Total {
                 });
             }
         }
+        self.fold(&mut sum);
         let mut projected = vec![[0.0; 3]; n];
         for held in &self.held {
             projected[held.node][held.axis] = model.boundaries[held.boundary].velocity(held.axis, state.time).unwrap_or(0.0);
@@ -192,18 +215,32 @@ impl Total {
         &self.lookup
     }
 
-    /// Whether a boundary holds any node.
+    /// Whether a boundary holds any node or face.
     pub(crate) fn is_held_by(&self, boundary: usize) -> bool {
-        self.held.iter().any(|held| held.boundary == boundary)
+        self.held.iter().any(|held| held.boundary == boundary) || self.surfaces.iter().any(|surface| surface.boundary == boundary)
     }
 
-    /// Whether boundaries keep every body from drifting, and from turning: they hold two nodes along each axis.
+    /// Whether boundaries keep every body from drifting, and from turning: they hold two nodes, or a face, along each axis.
     pub(crate) fn is_supported(&self, dimension: usize) -> bool {
-        self.bodies.iter().all(|body| {
+        self.bodies.iter().enumerate().all(|(number, body)| {
             let nodes = body.reference.start..body.reference.start + body.reference.len();
             let count = |axis: usize| self.held.iter().filter(|held| held.axis == axis && nodes.contains(&held.node)).count();
-            (0..dimension).all(|axis| count(axis) >= if dimension > 1 { 2 } else { 1 })
+            let face = |axis: usize| self.surfaces.iter().any(|surface| surface.body == number && surface.holds_axis(axis));
+            (0..dimension).all(|axis| face(axis) || count(axis) >= if dimension > 1 { 2 } else { 1 })
         })
+    }
+
+    /// How the grid of each body fits it, in words.
+    pub(crate) fn grids(&self, model: &Model) -> String {
+        let of = |(body, grid): (&crate::model::Body, &Body)| {
+            let how = match (&body.fit, grid.reference.ties()) {
+                (Fit::Around(why), _) => format!("that of the box around it, and its edge is known to a particle only: {why}"),
+                (Fit::Cut(_), Some(ties)) => ties.describe(),
+                (Fit::Cut(_) | Fit::Whole, _) => "fitted to its faces".into(),
+            };
+            if model.bodies.len() > 1 { format!("{}: {how}", body.name) } else { how }
+        };
+        model.bodies.iter().zip(&self.bodies).map(of).collect::<Vec<_>>().join("; ")
     }
 
     /// Forgets what belongs to another state.
@@ -265,6 +302,8 @@ impl Total {
                 return Err(self.explain(model, state, time, &trouble));
             }
         }
+        self.pulls = self.pull(model, state, time, &state.nodes.displacement, &mut internal)?;
+        self.fold(&mut internal);
         self.internal = internal;
         Ok(())
     }
@@ -289,7 +328,18 @@ impl Total {
         for ((action, load), input) in self.actions.iter().zip(&model.loads).zip(&state.inputs) {
             action.add(load, input, model, &references, time, displacement, force)?;
         }
+        self.fold(force);
         Ok(())
+    }
+
+    /// Nodes that follow others hand on the forces that they got.
+    fn fold(&self, force: &mut Vectors) {
+        self.bodies.iter().for_each(|body| body.reference.fold(force));
+    }
+
+    /// Nodes that follow others go where those lead.
+    fn spread(&self, field: &mut Vectors) {
+        self.bodies.iter().for_each(|body| body.reference.spread(field));
     }
 
     /// Adds this share of minus the derivative of the loads by the displacement; tells whether there is any.
@@ -360,6 +410,7 @@ impl Total {
                     x[node][a] = self.product[k] + self.column[k];
                 }
             }
+            body.reference.spread(x);
         }
     }
 
@@ -379,13 +430,24 @@ impl Total {
     }
 }
 
+/// Whether functions with little of a body in their support follow others. Where inertia is lumped they stay as they are: rows of weights of
+/// both signs may sum to a mass below zero, and from degree 2 on frequencies of lumped splines do not depend on how little of one is in the
+/// body (Leidinger 2020, Explicit isogeometric B-Rep analysis for nonlinear dynamic crash simulations; proofs in arXiv:2410.17857). Their low
+/// modes lose accuracy, though (arXiv:2502.00452), and a held face takes from the stable step.
+fn extends(model: &Model) -> bool {
+    !model.balance.is_lumped() || model.implicit.is_some_and(|scheme| !scheme.has_inertia())
+}
+
 /// Components that boundaries hold; a later boundary overrides an earlier one.
-fn hold(reference: &Reference, model: &Model) -> Vec<Held> {
+fn hold(reference: &Reference, model: &Model, body: usize) -> Vec<Held> {
     let mut held = Vec::new();
-    for i in 0..reference.len() {
+    for i in (0..reference.len()).filter(|i| reference.is_own(*i)) {
         let place = reference.place(i);
         for axis in 0..model.dimension {
-            let holds = |b: &Boundary| b.holds_axis(axis) && b.holds_place(&model.axes, &place[..model.dimension]);
+            let on = |b: &Boundary| {
+                b.holds_place(&model.axes, &place[..model.dimension]) || b.holds_end(body, &reference.axes, &reference.index(i))
+            };
+            let holds = |b: &Boundary| b.holds_axis(axis) && on(b);
             if let Some(boundary) = model.boundaries.iter().rposition(holds) {
                 held.push(Held { node: reference.start + i, axis, boundary });
             }

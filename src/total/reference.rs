@@ -1,8 +1,11 @@
 //! The grid of a body at time 0: shape functions at its particles, computed once, and the sums over them.
 
+use super::ties::Ties;
 use crate::basis::Axis;
 use crate::basis::{BATCH, Batch, Places, Stencils, Third};
+use crate::implicit::Matrix;
 use crate::model::Quadrilateral;
+use crate::quadrature::EdgePoint;
 
 /// Most functions along an axis that are not zero in a cell.
 pub(super) const MOST: usize = 6;
@@ -83,6 +86,8 @@ pub(crate) struct Reference {
     map: Option<Quadrilateral>,
     /// Of each particle of a bent grid, as in [`Point`].
     turns: Vec<[[f64; 2]; 2]>,
+    /// Which functions follow others; where the body cuts cells.
+    ties: Option<Ties>,
 }
 
 impl Reference {
@@ -112,7 +117,44 @@ impl Reference {
                 })
             }));
         }
-        Self { axes: axes.to_vec(), counts, start, lines, line_of, map: map.cloned(), turns }
+        Self { axes: axes.to_vec(), counts, start, lines, line_of, map: map.cloned(), turns, ties: None }
+    }
+
+    /// Of a body with this edge; `volumes` are those of the particles. Where `extends` is false no function follows others.
+    pub(super) fn cut(mut self, volumes: &[f64], edge: &[EdgePoint], extends: bool) -> Self {
+        self.ties = Some(Ties::new(&self, volumes, edge, extends));
+        self
+    }
+
+    pub(super) fn ties(&self) -> Option<&Ties> {
+        self.ties.as_ref()
+    }
+
+    /// Whether node number `i` of the grid stands for itself.
+    pub(super) fn is_own(&self, i: usize) -> bool {
+        self.ties.as_ref().is_none_or(|ties| ties.is_own(i))
+    }
+
+    /// Nodes of this grid that follow others hand on the forces that they got.
+    pub(super) fn fold(&self, force: &mut [[f64; 3]]) {
+        if let Some(ties) = &self.ties {
+            ties.fold(&mut force[self.start..self.start + self.len()]);
+        }
+    }
+
+    /// Nodes of this grid that follow others go where those lead.
+    pub(super) fn spread(&self, field: &mut [[f64; 3]]) {
+        if let Some(ties) = &self.ties {
+            ties.spread(&mut field[self.start..self.start + self.len()]);
+        }
+    }
+
+    /// Adds a dense block over `d` components of nodes of a cell to a matrix.
+    pub(super) fn add(&self, matrix: &mut Matrix, nodes: &[u32], d: usize, block: &[f64]) {
+        match &self.ties {
+            Some(ties) => ties.add(matrix, nodes, self.start as u32, d, block),
+            None => matrix.add(nodes, block),
+        }
     }
 
     /// Number of nodes.
@@ -129,8 +171,16 @@ impl Reference {
         }
     }
 
-    /// The nodes that particles share, cell by cell, ascending.
+    /// The nodes that are coupled in the cells of the body, cell by cell, ascending.
     pub(super) fn cells(&self) -> Vec<Vec<u32>> {
+        if let Some(ties) = &self.ties {
+            let width = self.axes[0].width();
+            let of = |[i, j, _]: &[usize; 3]| {
+                let nodes = (*i..i + width).flat_map(|i| (*j..j + width).map(move |j| (i * self.counts[1] + j) as u32));
+                ties.ends(nodes).into_iter().map(|node| self.start as u32 + node).collect()
+            };
+            return ties.cells().iter().map(of).collect();
+        }
         let mut known = std::collections::HashSet::new();
         let mut cells = Vec::new();
         for p in 0..self.line_of.len() {

@@ -42,12 +42,12 @@ fn noise(seed: &mut u64) -> f64 {
     (*seed >> 33) as f64 / f64::from(1u32 << 30) - 1.0
 }
 
-fn field(n: usize, dimension: usize, size: f64, seed: &mut u64) -> Vectors {
+pub(super) fn field(n: usize, dimension: usize, size: f64, seed: &mut u64) -> Vectors {
     (0..n).map(|_| std::array::from_fn(|a| if a < dimension { size * noise(seed) } else { 0.0 })).collect()
 }
 
 /// A body that is bent and moves: its grid, and the state.
-fn prepare(model: &Model, mut state: State, seed: &mut u64) -> (Total, State) {
+pub(super) fn prepare(model: &Model, mut state: State, seed: &mut u64) -> (Total, State) {
     let d = model.dimension;
     let mut total = if model.total {
         let mut total = Total::new(model, &state);

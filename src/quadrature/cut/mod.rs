@@ -77,6 +77,8 @@ pub(crate) struct CutQuadrature {
 struct Piece {
     cell: [i32; 2],
     points: std::ops::Range<usize>,
+    /// Where it starts and ends \[m\].
+    ends: [[f64; 2]; 2],
 }
 
 /// An edge that crosses a grid line.
@@ -248,7 +250,7 @@ impl CutQuadrature {
             let area = [share * slope[1], -share * slope[0]];
             self.edge.push(EdgePoint { curve: stretch.curve, parameter, share, cell, position, area });
         }
-        self.pieces.push(Piece { cell, points: start..self.edge.len() });
+        self.pieces.push(Piece { cell, points: start..self.edge.len(), ends: [from, to].map(|s| curve.at(s)[0]) });
     }
 
     /// The parts of the edge of a cell that are in the body: on the grid line across an axis with a number, along a cell.
@@ -328,48 +330,99 @@ impl CutQuadrature {
         self.points.push(Point { cell: [index[0], index[1], 0], position: [place[0], place[1], 0.0], weight });
     }
 
-    /// The part of a cell that is in the body, by cones.
+    /// The part of a cell that is in the body, by cones. It may fall into several, each with an apex of its own.
     fn fill_part(&mut self, index: [i32; 2], own: &[Piece]) {
-        let n = self.rule.len();
-        let mut boundary: Vec<Boundary> = Vec::new();
-        for piece in own {
-            boundary.extend(self.edge[piece.points.clone()].iter().map(|point| (point.position, point.area)));
-        }
-        let [low, high] = [0, 1].map(|up| [0, 1].map(|a| self.edge_of_cell(a, index[a] + up)));
-        let mut corners = vec![[0.0; 2]; 0];
+        let mut sides: Vec<Outline> = own
+            .iter()
+            .map(|piece| {
+                let points = self.edge[piece.points.clone()].iter().map(|point| (point.position, point.area)).collect();
+                Outline { ends: piece.ends, points, corner: false }
+            })
+            .collect();
+        // against the clock: up on the right, to the left on top
         for (axis, upper) in [(0, false), (0, true), (1, false), (1, true)] {
-            let at = if upper { high[axis] } else { low[axis] };
+            let at = self.edge_of_cell(axis, index[axis] + i32::from(upper));
+            let place = |along: f64| if axis == 0 { [at, along] } else { [along, at] };
             for [from, to] in self.inside(axis, index[axis] + i32::from(upper), index[1 - axis]) {
                 let out = if upper { to - from } else { from - to };
-                for (s, weight) in &self.rule {
-                    let along = from + s * (to - from);
-                    boundary.push(if axis == 0 { ([at, along], [out * weight, 0.0]) } else { ([along, at], [0.0, out * weight]) });
-                }
-                corners.extend([from, to].map(|along| if axis == 0 { [at, along] } else { [along, at] }));
+                let area = |weight: f64| if axis == 0 { [out * weight, 0.0] } else { [0.0, out * weight] };
+                let points = self.rule.iter().map(|(s, weight)| (place(from + s * (to - from)), area(*weight))).collect();
+                let ends = if upper == (axis == 0) { [place(from), place(to)] } else { [place(to), place(from)] };
+                sides.push(Outline { ends, points, corner: true });
             }
         }
+        let mut parts = chains(sides);
+        // a hole belongs to what is around it
+        if parts.iter().any(|part| twice_area(part) < 0.0) {
+            parts = vec![parts.concat()];
+        }
+        for part in parts {
+            self.fill_cones(index, &part);
+        }
+    }
+
+    /// Points on the cones from an apex to an outline.
+    fn fill_cones(&mut self, index: [i32; 2], outline: &[Outline]) {
+        let boundary: Vec<&Boundary> = outline.iter().flat_map(|side| &side.points).collect();
         let mean = [0, 1].map(|a| boundary.iter().map(|(place, _)| place[a]).sum::<f64>() / boundary.len() as f64);
         // what the apex sees least of; a corner makes the cones to both of its sides empty
-        let height = |apex: &[f64; 2], (place, area): &Boundary| (place[0] - apex[0]) * area[0] + (place[1] - apex[1]) * area[1];
         let sight = |apex: &[f64; 2]| boundary.iter().map(|b| height(apex, b)).fold(f64::INFINITY, f64::min);
-        let slack = ROUND_OFF * self.axes[0].cell * self.axes[1].cell;
+        let cell = self.axes[0].cell * self.axes[1].cell;
         let mut apex = (mean, sight(&mean));
-        for corner in corners {
+        for corner in outline.iter().filter(|side| side.corner).flat_map(|side| side.ends) {
             let seen = sight(&corner);
-            if seen > apex.1.min(-slack) {
+            if seen > apex.1.min(-ROUND_OFF * cell) {
                 apex = (corner, seen);
             }
         }
         let apex = apex.0;
-        for b in &boundary {
+        for b in boundary {
             let height = height(&apex, b);
-            if height.abs() <= NOTHING * self.axes[0].cell * self.axes[1].cell {
+            if height.abs() <= NOTHING * cell {
                 continue;
             }
-            for k in 0..n {
+            for k in 0..self.rule.len() {
                 let (r, weight) = self.rule[k];
                 self.push([0, 1].map(|a| apex[a] + r * (b.0[a] - apex[a])), height * r * weight, index);
             }
         }
     }
+}
+
+/// A side of what is inside a cell, with the body on its left.
+#[derive(Debug, Clone)]
+struct Outline {
+    ends: [[f64; 2]; 2],
+    points: Vec<Boundary>,
+    /// Whether it is part of a grid line.
+    corner: bool,
+}
+
+/// Distance of a side from an apex times its length.
+fn height(apex: &[f64; 2], (place, area): &Boundary) -> f64 {
+    (place[0] - apex[0]) * area[0] + (place[1] - apex[1]) * area[1]
+}
+
+fn twice_area(outline: &[Outline]) -> f64 {
+    let apex = outline[0].ends[0];
+    outline.iter().flat_map(|side| &side.points).map(|b| height(&apex, b)).sum()
+}
+
+/// Puts sides one after the other into closed outlines: each goes on with the one that starts where it ends, but for round-off.
+fn chains(mut sides: Vec<Outline>) -> Vec<Vec<Outline>> {
+    let distance = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).abs() + (a[1] - b[1]).abs();
+    let mut chains = Vec::new();
+    while let Some(first) = sides.pop() {
+        let mut chain = vec![first];
+        loop {
+            let (start, end) = (chain[0].ends[0], chain[chain.len() - 1].ends[1]);
+            let next = (0..sides.len()).min_by(|a, b| distance(&sides[*a].ends[0], &end).total_cmp(&distance(&sides[*b].ends[0], &end)));
+            match next {
+                Some(next) if distance(&sides[next].ends[0], &end) < distance(&start, &end) => chain.push(sides.swap_remove(next)),
+                _ => break,
+            }
+        }
+        chains.push(chain);
+    }
+    chains
 }

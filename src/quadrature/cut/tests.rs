@@ -94,6 +94,23 @@ fn a_ring_converges_with_the_order_of_the_rule() {
     assert!(prepared(4, &loops).points.iter().all(|point| point.weight > 0.0));
 }
 
+/// A hole that reaches through a side of a cell leaves two parts of it.
+#[test]
+fn cells_that_fall_into_parts_have_positive_weights() {
+    for k in 0..400 {
+        let t = f64::from(k);
+        let center = [0.5 + 0.3 * (1.7 * t).sin(), 0.5 + 0.3 * (2.9 * t).cos()];
+        let radius = 0.6 + 0.3 * (0.618 * t).fract();
+        let hole = (0..4).map(|k| Curve::Arc { center, radius, start: -0.5 * PI * f64::from(k), turn: -0.5 * PI }).collect();
+        let cut = prepared(4, &[polygon(&[[-1.0, -1.0], [2.0, -1.0], [2.0, 2.0], [-1.0, 2.0]]), hole]);
+        let area = sum(&cut, |_| 1.0);
+        // of the order of the rule, for arcs as long as a cell
+        assert!((area - (9.0 - PI * radius * radius)).abs() < 1e-9, "{k}: {area}");
+        let worst = cut.points.iter().map(|point| point.weight).fold(f64::INFINITY, f64::min);
+        println!("{k} {radius} {worst}");
+    }
+}
+
 #[test]
 fn a_bent_cubic_edge_keeps_area_and_normal() {
     // a bulging side: y = 0.2 s (1 - s)

@@ -41,6 +41,11 @@ impl Mass {
             for (p, mass) in masses.iter().enumerate() {
                 reference.each_slowly(&reference.particle(p), |node, weight, _| sums[node - reference.start] += mass * weight);
             }
+            if let Some(ties) = reference.ties() {
+                let mut rows: Vec<[f64; 1]> = sums.iter().map(|sum| [*sum]).collect();
+                ties.fold(&mut rows);
+                sums = rows.into_iter().map(|[sum]| sum).collect();
+            }
             return Self::Lumped(sums);
         }
         let mut fixed: [Vec<bool>; 3] = std::array::from_fn(|_| vec![false; reference.len()]);

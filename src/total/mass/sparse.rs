@@ -28,7 +28,10 @@ impl SparseMass {
                 });
                 block.clear();
                 block.extend(weights.iter().flat_map(|a| weights.iter().map(move |b| mass * a * b)));
-                matrix.add(&nodes, &block);
+                match reference.ties() {
+                    Some(ties) => ties.add(&mut matrix, &nodes, 0, 1, &block),
+                    None => matrix.add(&nodes, &block),
+                }
             }
             matrix
         };

@@ -68,7 +68,8 @@ class Body(TypedDict, total=False):
     """Particles along each axis of a cell: one number, or one an axis. If left out: two, and one more than the
     degree for the total formulation."""
     positions: Union["Positions", None]
-    """Where in a cell the particles sit: `uniform` if left out, `gauss` for the total formulation."""
+    """Where in a cell the particles sit: `uniform` if left out, `gauss` for the total formulation, and always
+    where a body cuts cells in it."""
     seed: int
     """Seed of the jitter."""
     velocity: Union[Sequence["Expr"], NDArray[np.floating[Any]]]
@@ -202,16 +203,30 @@ Expr = Union[float, str]
 
 
 class Boundary(TypedDict, total=False):
-    """Where the velocity of the grid is fixed or prescribed. Give either `face` or `region`."""
+    """Where velocity is fixed or prescribed. Give one of `face`, `region` and `surface`."""
 
     face: Union[str, None]
     """A whole end of the grid: `"x-"`, `"x+"`, `"y-"`, `"y+"`, `"z-"` or `"z+"`."""
     region: Union["Shape", None]
     """A region: every node (for B-splines: every Greville point) in it is held."""
+    surface: Union["Surface", None]
+    """A face of a body, wherever it lies in the grid: what sticks to a wall. In dimension 2, for formulation =
+    "total" and for quadrature = "splines". In "total", where the face cuts cells it is held by Nitsche's
+    method: for laws with a stored energy, without `mean_dilatation`; the work of its forces is not counted as
+    stored energy."""
     fixed: Sequence["Axis"]
     """Axes along which the velocity is zero."""
     velocity: Mapping["Axis", "Expr"]
     """Prescribed velocity [m/s] along an axis: a number or a formula of t."""
+
+
+class Surface(TypedDict, total=False):
+    """A face of a body."""
+
+    body: Required[str]
+    """Name of the body."""
+    face: Required[str]
+    """Name of the face, as for a traction."""
 
 
 Axis = Literal["x", "y", "z"]
@@ -378,7 +393,8 @@ class Method(TypedDict, total=False):
     newton_iterations: Union[int, None]
     """Most iterations of Newton's method before a step is halved; 20 if left out."""
     linear_solver: Union["LinearSolver", None]
-    """How the linear systems of Newton's method are solved; by their size if left out."""
+    """How the linear systems of Newton's method are solved; by their size if left out, and always by a factor
+    where a body cuts cells."""
     mean_dilatation: bool
     """Whether the particles of a cell share its mean change of volume: keeps nearly incompressible bodies from
     locking. For the total formulation."""
@@ -402,8 +418,15 @@ class Method(TypedDict, total=False):
 Formulation = Literal["updated", "total"]
 """Configurations in which the balance of momentum is written. `updated`: That of now: particles move through a
 grid, which forgets after each step. Bodies may touch, and deform without bounds. `total`: That of time 0:
-each body has a grid of its own, fitted to it, that deforms with it, so that shape functions are computed
-once. For bodies that do not touch: far more accurate, and cheaper."""
+each body has a grid of its own that deforms with it, so that shape functions are computed once. For bodies
+that do not touch: far more accurate, and cheaper. The grid is fitted to boxes and convex polygons of four
+corners. In dimension 2 the edge of disks, rings, other polygons, and differences whose holes are wholly
+inside and apart, cuts cells of the grid of the scene: particles are the points of a quadrature of what is
+inside, functions with little of the body follow others (extended B-splines), and the order is that of a
+fitted grid, wherever the body lies. Such bodies are held by `boundary.NAME.surface`: regions hold functions,
+of which none is alone at an edge. With lumped mass no function follows another: from degree 2 on the stable
+step does not suffer, but order is lost. Any other shape has the grid of the box around it, and its edge is
+known to a particle only."""
 
 
 Basis = Literal["linear", "bspline", "lagrange", "serendipity", "cubic", "gimp"]
@@ -628,6 +651,7 @@ __all__ = [
     "Signal",
     "Sphere",
     "Stress",
+    "Surface",
     "Table",
     "Time",
     "Traction",
