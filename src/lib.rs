@@ -82,6 +82,9 @@
 //! - In the total formulation velocity stays on the nodes, and the particles are quadrature points: nothing is projected, nothing is lost.
 //! - Mass matrices of the step through a grid are never assembled: rows of shape functions at the points where mass sits (`step/mass.rs`). Rows of nodes lighter than a
 //!   particle are lumped, which keeps the stable step and cures what makes the papers' consistent mass fail at a free end.
+//! - A plane body whose particles keep their neighbours is a sheet (`quadrature/sheet`): the image of a square by splines, integrated in the cells
+//!   it fills and cuts (`quadrature/cut`), wherever it lies and however it bends. Its outer particles stand on its edge, so that nothing is
+//!   extrapolated; edges that stick to walls do so at points of the edge (`step/edge.rs`), not at nodes.
 //! - Taylor least squares do not fix cell means to the sums of the particles (`quadrature/least_squares.rs` has the measurement); sums are
 //!   made good over the body.
 //! - Values of variables are shared, not lent: what an adapter looks at is never written over (`Simulation::share`), so that a view without

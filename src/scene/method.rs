@@ -238,9 +238,11 @@ pub enum Domain {
 pub enum Quadrature {
     /// At the particles, with their volumes as weights.
     Particles,
-    /// At Gauss points on half cells, from cubic splines through the particles line by line (Tielen 2016, chapter 7). Each body must be a
-    /// box of cells, filled with evenly spaced particles, and its ends must stay upright: where they lean, integrals are off (0.8 % at
-    /// 0.1 rad).
+    /// At Gauss points in cells, from cubic splines through the particles (Tielen 2016, chapter 7). Particles stand in rows that stay rows. In
+    /// dimension 2 each body is a box, a ring or a convex polygon with four corners, anywhere in the grid, with particles on its edges too;
+    /// cells that its edge cuts are integrated exactly, and with quadrature_of = "force_and_velocity" the functions at the edge are extended
+    /// from inside (Hollig 2001). In dimensions 1 and 3 it is a box of cells, and its ends must stay upright: where they lean, integrals are off
+    /// (0.8 % at 0.1 rad).
     Splines,
     /// At Gauss points of full cells, from a least-squares fit in each (Wobbes et al. 2019); at the particles of other cells.
     LeastSquares,

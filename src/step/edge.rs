@@ -240,3 +240,73 @@ impl Integration {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::model::Model;
+    use crate::quadrature::gauss_legendre;
+    use crate::scene::Scene;
+    use crate::step::Stepper;
+    use crate::step::p2g::What;
+
+    /// A bar that is turned and bent like a cubic, in cells that its edges cut: force and moment of what acts on an edge are those of
+    /// integrals along it, once the nodes inside have taken over what the others were given.
+    #[test]
+    fn forces_and_moments_on_a_bent_turned_edge_are_exact() {
+        for (kind, value) in [("traction", "[30, -20]"), ("pressure", "[40]")] {
+            let text = format!(
+                r#"
+                title = "bent"
+                dimension = 2
+                grid = {{ origin = [-2, -2], size = [5.04, 5.04], cell = 0.21 }}
+                material.m = {{ law = "neo_hookean", young = 1000, density = 1 }}
+                body.b = {{ material = "m", shape = {{ box = {{ min = [0, 0], max = [1.3, 0.7] }} }}, particles_per_cell = 3 }}
+                load.l.{kind} = {{ body = "b", face = "y+", value = {value} }}
+                method = {{ degree = 3, mass = "consistent", quadrature = "splines", quadrature_of = "force_and_velocity" }}
+                time = {{ end = 1 }}
+                "#
+            );
+            let (model, mut state) = Model::new(&Scene::from_toml(&text).unwrap()).unwrap();
+            let (sin, cos) = 0.4f64.sin_cos();
+            let map = |x: f64, y: f64| {
+                let (a, b) = (x + 0.1 * y * y - 0.05 * x * x, y + 0.3 * x * x - 0.1 * x * x * x + 0.1 * x * y);
+                [0.13 + cos * a - sin * b, -0.21 + sin * a + cos * b]
+            };
+            for p in 0..state.particles.len() {
+                let x: [f64; 3] = state.particles.position.row(p);
+                let [a, b] = map(x[0], x[1]);
+                state.particles.position.set_row(p, &[a, b, 0.0]);
+            }
+            let mut stepper = Stepper::new(&model);
+            stepper.begin(&model);
+            stepper.locate(&model, &mut state).unwrap();
+            stepper.load(&model, &state).unwrap();
+            stepper.particles_to_grid(&model, &mut state, What::MassMomentumForce).unwrap();
+            assert!(!stepper.grid.tied.is_empty(), "the edge cuts cells");
+            let (mut force, mut moment) = ([0.0; 2], 0.0);
+            stepper.grid.for_nodes(|index, node| {
+                let f = stepper.grid.force[index];
+                let x = [0, 1].map(|a| model.axes[a].node_position(node[1 + a]));
+                (0..2).for_each(|a| force[a] += f[1 + a]);
+                moment += x[0] * f[2] - x[1] * f[1];
+            });
+            let (mut exact, mut about) = ([0.0; 2], 0.0);
+            for (s, weight) in gauss_legendre(12) {
+                let (x, h) = (1.3 * s, 1e-3);
+                let place = map(x, 0.7);
+                // the fourth-order difference of a cubic is exact
+                let at = |k: f64| map(x + k * h, 0.7);
+                let slope = [0, 1].map(|a| (8.0 * (at(1.0)[a] - at(-1.0)[a]) - (at(2.0)[a] - at(-2.0)[a])) / (12.0 * h));
+                // the body is on the right of the edge from left to right
+                let f = if kind == "traction" { [30.0, -20.0] } else { [40.0 * slope[1], -40.0 * slope[0]] };
+                let share = 1.3 * weight;
+                (0..2).for_each(|a| exact[a] += share * f[a]);
+                about += share * (place[0] * f[1] - place[1] * f[0]);
+            }
+            println!("{kind}: force {force:?} {exact:?}, moment {moment} {about}");
+            // the difference is good to 1e-12, and so is the sum of some thousand terms
+            let size = exact[0].hypot(exact[1]);
+            assert!((0..2).all(|a| (force[a] - exact[a]).abs() < 1e-11 * size) && (moment - about).abs() < 1e-11 * size, "{kind}");
+        }
+    }
+}

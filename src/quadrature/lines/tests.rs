@@ -13,7 +13,7 @@ fn ends(counts: [usize; 3]) -> [[Vec<f64>; 2]; 3] {
     let weights = |n: usize| match n {
         1 => vec![1.0],
         2 => vec![1.5, -0.5],
-        3 => vec![15.0, -10.0, 3.0].iter().map(|w| w / 8.0).collect(),
+        3 => [15.0, -10.0, 3.0].iter().map(|w| w / 8.0).collect(),
         _ => [35.0, -35.0, 21.0, -5.0].iter().map(|w| w / 16.0).collect(),
     };
     counts.map(|n| [weights(n), weights(n)])

@@ -224,7 +224,7 @@ mod tests {
         for n in [1, 2, 3, 4, 5, 6, 9, 20] {
             let sites: Vec<f64> = (0..n).map(|i| (i as f64 + 0.5) / n as f64).map(|s| s + 0.1 * (7.0 * s).sin() * s * (1.0 - s)).collect();
             let line = Interpolation::open(&sites);
-            let degree = (n - 1).min(3) as i32;
+            let degree = (n - 1).min(3);
             let f = |s: f64| (0..=degree).map(|m| (1.0 - 0.4 * f64::from(m)) * s.powi(m)).sum::<f64>();
             let slope = |s: f64| (1..=degree).map(|m| (1.0 - 0.4 * f64::from(m)) * f64::from(m) * s.powi(m - 1)).sum::<f64>();
             let mut values: Vec<f64> = sites.iter().map(|s| f(*s)).collect();
