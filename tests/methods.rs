@@ -147,6 +147,10 @@ fn plane_strain_is_a_slab_between_walls() {
         if mixed || ["lagrange", "serendipity"].iter().any(|word| method.contains(word)) {
             continue;
         }
+        // bodies of dimension 2 have particles on their edges then
+        if method.contains("splines") {
+            continue;
+        }
         // Which nodes are nearly empty depends on how heavy the particles are: with none, plane and slab are the same.
         let method = &if method.contains("mass_tolerance") {
             continue;

@@ -226,6 +226,14 @@ pub(crate) struct Anchor {
     pub(crate) offset: [f64; 3],
 }
 
+impl Anchor {
+    /// Where the point is at time 0 \[m\].
+    pub(crate) fn place(&self, model: &Model) -> [f64; 3] {
+        let host = model.reference(self.particle);
+        std::array::from_fn(|a| host[a] + self.offset[a])
+    }
+}
+
 /// A material point that is watched.
 #[derive(Debug, Clone)]
 pub(crate) struct Probe {

@@ -280,7 +280,7 @@ pub struct Traction {
     /// Name of the face: `x-` ... `z+` of a box, `outer` of a disk or sphere, `inner` or `outer` of a ring, `edge1` ... of a
     /// polygon; in a union, difference or intersection with the number of the part before it, as in `2/x+`.
     pub face: String,
-    /// Force an undeformed area \[Pa\].
+    /// Force an undeformed area \[Pa\]; its formulas may use x, y, z (position at time 0) and t.
     pub value: Signal,
 }
 
@@ -292,7 +292,7 @@ pub struct Pressure {
     pub body: String,
     /// Name of the face, as for a traction.
     pub face: String,
-    /// Pressure \[Pa\], one component, positive when it pushes on the body.
+    /// Pressure \[Pa\], one component, positive when it pushes on the body; its formulas as for a traction.
     pub value: Signal,
 }
 

@@ -46,17 +46,23 @@ impl Stepper {
                         |id| if load.signal.varies_in_space() { load.signal.value(model.reference(id), state.time, input) } else { value };
                     self.body_force(members, of).ok_or_else(bad)?;
                 }
-                Target::Traction(points) => {
-                    let traction = Vector3::from(value);
+                Target::Traction(points) | Target::Pressure(points) => {
                     for point in points {
-                        self.hang(model, state, point.anchor, |_| traction * Vector3::from(point.area).norm());
-                    }
-                }
-                Target::Pressure(points) => {
-                    let pressure = value[0];
-                    // Nanson: n da = J F^-T N dA; the cofactor of F is J F^-T
-                    for point in points {
-                        self.hang(model, state, point.anchor, |f| cofactor(f) * Vector3::from(point.area) * -pressure);
+                        let value = if load.signal.varies_in_space() {
+                            load.signal.value(point.anchor.place(model), state.time, input)
+                        } else {
+                            value
+                        };
+                        if value.iter().any(|v| !v.is_finite()) {
+                            return Err(bad());
+                        }
+                        let area = Vector3::from(point.area);
+                        if matches!(load.target, Target::Pressure(_)) {
+                            // Nanson: n da = J F^-T N dA; the cofactor of F is J F^-T
+                            self.hang(model, state, point.anchor, |f| cofactor(f) * area * -value[0]);
+                        } else {
+                            self.hang(model, state, point.anchor, |_| Vector3::from(value) * area.norm());
+                        }
                     }
                 }
                 Target::PointForce(anchor) => {

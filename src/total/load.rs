@@ -51,6 +51,8 @@ pub(super) enum Action {
     Fixed(Vec<(u32, f64)>),
     /// A value for each particle: its id, its grid, its number there, its mass.
     Varying(Vec<(u32, usize, usize, f64)>),
+    /// A traction that varies along a surface.
+    Dead(Vec<Piece>),
     /// Pressure on pieces of area that follow the body.
     Follower(Vec<Piece>),
 }
@@ -60,6 +62,8 @@ pub(super) enum Action {
 pub(super) struct Piece {
     /// Its grid.
     body: usize,
+    /// Where it is at time 0 \[m\].
+    place: [f64; 3],
     at: Point,
     /// From there to the piece \[m\].
     arm: Vector3<f64>,
@@ -95,6 +99,9 @@ impl Action {
                     add(reference, &reference.particle(host.number(id)), Vector3::zeros(), mass(id));
                 }
             }
+            Target::Traction(points) if load.signal.varies_in_space() => {
+                return Self::Dead(points.iter().map(|point| Piece::new(point, host)).collect());
+            }
             Target::Traction(points) => {
                 for point in points {
                     let reference = host.bodies[host.grid(point.anchor.particle)];
@@ -103,11 +110,7 @@ impl Action {
                 }
             }
             Target::Pressure(points) => {
-                let of = |point: &SurfacePoint| {
-                    let (at, arm, base) = host.hang(&point.anchor);
-                    Piece { body: host.grid(point.anchor.particle), at, arm, area: Vector3::from(point.area), base }
-                };
-                return Self::Follower(points.iter().map(of).collect());
+                return Self::Follower(points.iter().map(|point| Piece::new(point, host)).collect());
             }
             Target::PointForce(anchor) => {
                 let (at, arm, _) = host.hang(anchor);
@@ -152,9 +155,21 @@ impl Action {
                     });
                 }
             }
-            Self::Follower(points) => {
-                let [pressure, ..] = finite(load.signal.value([0.0; 3], time, input))?;
+            Self::Dead(points) => {
                 for piece in points {
+                    let value = finite(load.signal.value(piece.place, time, input))?;
+                    let area = piece.area.norm();
+                    bodies[piece.body].each_slowly(&piece.at, |node, weight, slope| {
+                        let weight = weight + piece.arm.dot(&Vector3::from(slope));
+                        for a in 0..d {
+                            force[node][a] += weight * area * value[a];
+                        }
+                    });
+                }
+            }
+            Self::Follower(points) => {
+                for piece in points {
+                    let [pressure, ..] = finite(load.signal.value(piece.place, time, input))?;
                     let f = piece.deform(bodies, d, displacement) * piece.base;
                     // Nanson: n da = J F^-T N dA
                     let push = crate::step::load::cofactor(&f) * piece.area * -pressure;
@@ -184,9 +199,9 @@ impl Action {
     ) -> bool {
         let Self::Follower(points) = self else { return false };
         let d = model.dimension;
-        let pressure = load.signal.value([0.0; 3], time, input)[0];
         let (mut nodes, mut functions, mut block) = (Vec::new(), Vec::new(), Vec::new());
         for piece in points {
+            let pressure = load.signal.value(piece.place, time, input)[0];
             nodes.clear();
             functions.clear();
             bodies[piece.body].each_slowly(&piece.at, |node, weight, slope| {
@@ -222,6 +237,12 @@ impl Action {
 }
 
 impl Piece {
+    fn new(point: &SurfacePoint, host: &Host<'_>) -> Self {
+        let (at, arm, base) = host.hang(&point.anchor);
+        let (body, place) = (host.grid(point.anchor.particle), point.anchor.place(host.model));
+        Self { body, place, at, arm, area: Vector3::from(point.area), base }
+    }
+
     /// Deformation gradient since the reference.
     fn deform(&self, bodies: &[&Reference], dimension: usize, displacement: &[[f64; 3]]) -> Matrix3<f64> {
         let mut f = Matrix3::identity();

@@ -77,12 +77,12 @@ impl Check<'_> {
                 Load::Traction(traction) => {
                     let path = format!("{path}.traction");
                     self.face(&path, &traction.body, &traction.face);
-                    self.signal(&format!("{path}.value"), &traction.value, dimension, &TIME);
+                    self.signal(&format!("{path}.value"), &traction.value, dimension, &SPACE_TIME);
                 }
                 Load::Pressure(pressure) => {
                     let path = format!("{path}.pressure");
                     self.face(&path, &pressure.body, &pressure.face);
-                    self.signal(&format!("{path}.value"), &pressure.value, 1, &TIME);
+                    self.signal(&format!("{path}.value"), &pressure.value, 1, &SPACE_TIME);
                 }
                 Load::PointForce(force) => {
                     let path = format!("{path}.point_force");

@@ -446,10 +446,13 @@ deformation gradient along each axis, so that they stay next to each other."""
 
 Quadrature = Literal["particles", "splines", "least_squares"]
 """Where the internal forces are integrated. `particles`: At the particles, with their volumes as weights.
-`splines`: At Gauss points on half cells, from cubic splines through the particles line by line (Tielen 2016,
-chapter 7). Each body must be a box of cells, filled with evenly spaced particles, and its ends must stay
-upright: where they lean, integrals are off (0.8 % at 0.1 rad). `least_squares`: At Gauss points of full
-cells, from a least-squares fit in each (Wobbes et al. 2019); at the particles of other cells."""
+`splines`: At Gauss points in cells, from cubic splines through the particles (Tielen 2016, chapter 7).
+Particles stand in rows that stay rows. In dimension 2 each body is a box, a ring or a convex polygon with
+four corners, anywhere in the grid, with particles on its edges too; cells that its edge cuts are integrated
+exactly, and with quadrature_of = "force_and_velocity" the functions at the edge are extended from inside
+(Hollig 2001). In dimensions 1 and 3 it is a box of cells, and its ends must stay upright: where they lean,
+integrals are off (0.8 % at 0.1 rad). `least_squares`: At Gauss points of full cells, from a least-squares fit
+in each (Wobbes et al. 2019); at the particles of other cells."""
 
 
 QuadratureOf = Literal["force", "force_and_velocity"]
@@ -466,9 +469,11 @@ the velocity of XPIC(m), m terms (Hammerquist and Nairn 2017), and move with it;
 what a lumped mass makes of their velocity, and half its change."""
 
 
-MassSolver = Literal["pcg", "richardson"]
-"""Solvers of a consistent mass matrix. `pcg`: Conjugate gradients, preconditioned by the diagonal. `richardson`:
-Richardson iteration from the lumped solution (Tielen 2016, section 7.2)."""
+MassSolver = Literal["pcg", "direct", "richardson"]
+"""Solvers of a consistent mass matrix. `pcg`: Conjugate gradients, preconditioned by the diagonal. `direct`:
+Conjugate gradients from a sparse factor of the matrix, which are at their end after an iteration or a few;
+for quadrature_of = "force_and_velocity". The choice for bodies that cut cells. `richardson`: Richardson
+iteration from the lumped solution (Tielen 2016, section 7.2)."""
 
 
 Integrator = Literal["usf", "usl", "musl", "verlet", "symplectic4", "quasi_static", "newmark", "generalized_alpha", "energy_momentum"]
