@@ -1,5 +1,6 @@
-//! Nodes that follow others. At the edge of a body they are those of extended B-splines (`step/extend.rs`). And a serendipity element is a Lagrange element whose inner nodes take the blend of its other nodes that its shape
-//! functions imply. What particles give to a tied node is handed on to its masters, and it moves as they do.
+//! Nodes that follow others. At the edge of a body they are those of extended B-splines (`step/extend.rs`). And a serendipity element is a
+//! Lagrange element whose inner nodes take the blend of its other nodes that its shape functions imply. What particles give to a tied node is
+//! handed on to its masters, and it moves as they do.
 
 use super::{Grid, Lanes};
 use crate::basis::{is_tied, serendipity_weight};

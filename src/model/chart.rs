@@ -82,7 +82,7 @@ impl Chart {
     /// Even particles along both axes, about as far apart as `spacing` \[m\] says, the last axis fastest; and where they are on the square.
     ///
     /// Those at the ends stand on the edge of the body, with half a share: what is known there need not be extrapolated. From half a spacing
-    /// away small waves at a free edge grew whatever the step (an expanding ring of 40 cells a metre, degree 3: folded within a tenth of its
+    /// away small waves at a free edge grew whatever the step (an expanding ring, 40 cells a metre, degree 3: folded after a fifth of its
     /// period).
     pub(super) fn sample(&self, spacing: [f64; 2]) -> (Vec<Sample>, [Vec<f64>; 2]) {
         let lengths = self.lengths();
