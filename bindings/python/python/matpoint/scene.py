@@ -305,7 +305,7 @@ class Traction(TypedDict, total=False):
     `edge1` ... of a polygon; in a union, difference or intersection with the number of the part before it, as
     in `2/x+`."""
     value: Required["Signal"]
-    """Force an undeformed area [Pa]."""
+    """Force an undeformed area [Pa]; its formulas may use x, y, z (position at time 0) and t."""
 
 
 class Pressure(TypedDict, total=False):
@@ -316,7 +316,7 @@ class Pressure(TypedDict, total=False):
     face: Required[str]
     """Name of the face, as for a traction."""
     value: Required["Signal"]
-    """Pressure [Pa], one component, positive when it pushes on the body."""
+    """Pressure [Pa], one component, positive when it pushes on the body; its formulas as for a traction."""
 
 
 class PointForce(TypedDict, total=False):
