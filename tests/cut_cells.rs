@@ -134,7 +134,7 @@ fn anywhere(place: [f64; 2], angle: f64, degree: usize) -> f64 {
         r#"
         title = "anywhere"
         dimension = 2
-        grid = {{ origin = [-2, -2], size = [4, 4], cell = 0.125 }}
+        grid = {{ origin = [-2, -2], size = [4, 4], cell = 0.03125 }}
         material.m = {{ law = "linear_elastic", young = 100.0, density = 1.0 }}
         body.block = {{ material = "m", shape = {{ polygon = {{ points = {corners} }} }} }}
         {held}
@@ -154,13 +154,13 @@ fn anywhere(place: [f64; 2], angle: f64, degree: usize) -> f64 {
 }
 
 /// How much the error depends on where the body lies: shifted through a cell in 50 steps, among them slivers down to 1e-8 of a cell, and turned by
-/// 50 angles. With cells half as large the errors are within 2.8, 1.5 (degree 2, shifted and turned), 1.1 and 2.5 times (degree 3).
+/// 50 angles. Part of the change with the angle is that of splines without any cut, which are best along their axes.
 #[test]
 fn errors_hardly_depend_on_how_cells_are_cut() {
     for degree in [2, 3] {
         let shifted = (0..50).map(|k| {
-            let by = if k % 2 == 0 { 0.125 * f64::from(k) / 50.0 } else { 0.1 + 0.125 * 10f64.powi(-(k / 6)) };
-            ([by, 0.05 + by], 0.0)
+            let by = if k % 2 == 0 { 0.03125 * f64::from(k) / 50.0 } else { 0.025 + 0.03125 * 10f64.powi(-(k / 6)) };
+            ([by, 0.025 + by], 0.0)
         });
         let turned = (0..50).map(|k| ([0.1, 0.05], std::f64::consts::FRAC_PI_2 * f64::from(k) / 50.0));
         let all = |places: &mut dyn Iterator<Item = ([f64; 2], f64)>| -> Vec<f64> {
@@ -169,8 +169,8 @@ fn errors_hardly_depend_on_how_cells_are_cut() {
         for (name, errors) in [("shifted", all(&mut { shifted })), ("turned", all(&mut { turned }))] {
             let [low, high] = [errors.iter().copied().fold(f64::INFINITY, f64::min), errors.iter().copied().fold(0.0, f64::max)];
             println!("degree {degree}, {name}: errors from {low:e} to {high:e} m, {:.2} times", high / low);
-            // measured 4.2, 2.9, 1.4 and 3.2 times on these cells, of which the body is less than six wide
-            assert!(high < 5.0 * low, "degree {degree}, {name}");
+            // measured 1.80, 1.56, 1.02, 1.96; with cells twice and four times as large 2.3, 1.6, 1.05, 2.3 and 3.5, 2.1, 1.2, 3.0
+            assert!(high < 2.0 * low, "degree {degree}, {name}");
         }
     }
 }
