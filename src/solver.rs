@@ -1,6 +1,6 @@
 //! The two formulations behind one face: the choice between them is made once, when a scene is built.
 
-use crate::component::StepError;
+use crate::component::{Fallback, StepError};
 use crate::model::Model;
 use crate::state::State;
 use crate::step::measure::Measures;
@@ -99,6 +99,15 @@ impl Solver {
             Self::Updated(stepper) => stepper.iterations,
             Self::Implicit(updated) => updated.iterations(),
             Self::Total(total) => total.iterations(),
+        }
+    }
+
+    /// Where the last step fell back to a lower order.
+    pub(crate) fn fallback(&self) -> Fallback {
+        match self {
+            Self::Updated(stepper) => stepper.fallback(),
+            Self::Implicit(_) => Fallback::default(),
+            Self::Total(total) => Fallback { nodes: total.alone(), ..Fallback::default() },
         }
     }
 

@@ -4,7 +4,7 @@ use super::{Failure, warn};
 use crate::RunArgs;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use matpoint::Simulation;
-use matpoint::component::{ComponentError, Description};
+use matpoint::component::{ComponentError, Description, Fallback};
 use matpoint::record::{self, CsvSink, EnergyWatch, Options, Progress, Recording, RunError, Sink, Summary};
 use matpoint::text::{digits, duration, grouped, pairs, rate, si};
 use std::io::Write;
@@ -92,6 +92,17 @@ fn show(bar: &ProgressBar, at: Progress, particles: usize, start: Instant) {
     bar.set_position((share * TICKS as f64) as u64);
 }
 
+/// Where the last step was of a lower order than its method, in words.
+fn lower_order(Fallback { cells, nodes, contacts }: Fallback) -> Option<String> {
+    let parts = [
+        (cells, "cells integrated at their particles"),
+        (nodes, "nodes with little of a body and none to follow"),
+        (contacts, "nodes in contact"),
+    ];
+    let parts: Vec<String> = parts.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")).collect();
+    (!parts.is_empty()).then(|| format!("in the last step {}", parts.join(", ")))
+}
+
 /// The summary on standard output.
 fn print(
     args: &RunArgs,
@@ -115,6 +126,7 @@ fn print(
         let solver = if sim.residuals().is_empty() { "mass matrix" } else { "Newton" };
         rows.push((solver, format!("{} iterations, {} a step", grouped(summary.iterations), digits(each))));
     }
+    rows.extend(lower_order(sim.fallback()).map(|text| ("lower order", text)));
     let energies = ["kinetic", "strain", "external", "total"].map(|kind| {
         let name = format!("energy/{kind}");
         Ok::<String, ComponentError>(format!("{kind} {}", value(sim, &description, &name)?))

@@ -11,7 +11,7 @@ mod words;
 pub use auto::Choice;
 pub use description::Description;
 pub use error::{ComponentError, StepError};
-pub use variable::{Causality, Report, Variable};
+pub use variable::{Causality, Fallback, Report, Variable};
 
 use crate::model::{Masses, Model, Pace, Signal};
 use crate::scene::{Fault, Scene, SceneError};
@@ -250,6 +250,11 @@ impl Simulation {
         let (substeps, iterations) = (self.state.steps - first, self.solver.iterations());
         self.iterations += iterations;
         Ok(Report { time: end, substeps, smallest_step: smallest, iterations })
+    }
+
+    /// Where the last step fell back to a lower order: none before the first step.
+    pub fn fallback(&self) -> Fallback {
+        self.solver.fallback()
     }
 
     /// What a variable is.

@@ -47,3 +47,14 @@ pub struct Report {
     /// Iterations of Newton's method, or of the solver of the mass matrix, all substeps together; 0 where there is neither.
     pub iterations: u64,
 }
+
+/// Where the last step was not of the order of the method, cell by cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Fallback {
+    /// Cells that were integrated at their particles, as those are too few or too uneven for a fit.
+    pub cells: usize,
+    /// Nodes with little of a body that found none to follow: lumped where their mass is next to nothing.
+    pub nodes: usize,
+    /// Nodes at which bodies pushed each other.
+    pub contacts: usize,
+}

@@ -1,7 +1,7 @@
 //! Plane bodies as images of the unit square at time 0: what their rows and columns of particles lie along.
 
 use super::Quadrilateral;
-use super::sample::Sample;
+use super::sample::{Sample, up_to_the_ends};
 use crate::scene::Shape;
 use std::f64::consts::PI;
 
@@ -88,11 +88,10 @@ impl Chart {
         let lengths = self.lengths();
         let axes = [0, 1].map(|a| {
             let count = (lengths[a] / spacing[a]).round().max(1.0);
-            let n = count as usize;
             if a == 1 && self.is_joined() {
-                (0..n).map(|i| ((i as f64 + 0.5) / count, 1.0 / count)).collect::<Vec<_>>()
+                (0..count as usize).map(|i| ((i as f64 + 0.5) / count, 1.0 / count)).collect::<Vec<_>>()
             } else {
-                (0..=n).map(|i| (i as f64 / count, if i == 0 || i == n { 0.5 } else { 1.0 } / count)).collect()
+                up_to_the_ends(count)
             }
         });
         let of = |(s, s_share): (f64, f64), (t, t_share): (f64, f64)| {

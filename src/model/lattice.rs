@@ -12,6 +12,8 @@ pub(crate) struct Lattice {
     pub(crate) ids: Vec<u32>,
     /// Where the lower and upper end of each axis are: weights of the particles of a row next to them, from the end on.
     pub(crate) ends: [[Vec<f64>; 2]; 3],
+    /// Lengths of the body at time 0 \[m\].
+    pub(crate) extents: [f64; 3],
     /// Of a plane body: the map from the unit square, and where its rows and columns are there.
     pub(crate) sheet: Option<(Chart, [Vec<f64>; 2])>,
 }
@@ -21,7 +23,7 @@ impl Lattice {
     pub(super) fn of_chart(chart: Chart, sites: [Vec<f64>; 2], first_id: usize) -> Self {
         let counts = [sites[0].len(), sites[1].len(), 1];
         let ids = (first_id..first_id + counts[0] * counts[1]).map(|id| id as u32).collect();
-        Self { counts, ids, ends: Default::default(), sheet: Some((chart, sites)) }
+        Self { counts, ids, ends: Default::default(), extents: [0.0; 3], sheet: Some((chart, sites)) }
     }
 }
 
@@ -73,5 +75,6 @@ pub(super) fn lattice(samples: &[Sample], first_id: usize, [low, high]: [&[f64];
         }
         *place = (first_id + p) as u32;
     }
-    Some(Lattice { counts, ids, ends, sheet: None })
+    let extents = std::array::from_fn(|a| if a < dimension { high[a] - low[a] } else { 1.0 });
+    Some(Lattice { counts, ids, ends, extents, sheet: None })
 }

@@ -9,11 +9,11 @@ pub(crate) struct Load {
     pub(crate) name: String,
     pub(crate) target: Target,
     pub(crate) signal: Signal,
-    /// The side of a sheet that a traction or pressure acts on, instead of on points: its edge is known.
+    /// The side of a body in rows that a traction or pressure acts on, instead of on points: its face is known.
     pub(crate) side: Option<Side>,
 }
 
-/// A side of a sheet (see [`super::Chart`]).
+/// A side of a body in rows: of the square of a sheet (see [`super::Chart`]), or of a box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Side {
     /// Number of the body.

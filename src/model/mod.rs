@@ -36,7 +36,7 @@ pub(crate) struct Model {
     pub(crate) axes: Vec<Axis>,
     pub(crate) bodies: Vec<Body>,
     pub(crate) boundaries: Vec<Boundary>,
-    /// Sides of sheets that are held: the boundary, and the side.
+    /// Sides of bodies in rows that are held: the boundary, and the side.
     pub(crate) walls: Vec<(usize, Side)>,
     pub(crate) loads: Vec<Load>,
     pub(crate) probes: Vec<Probe>,
@@ -312,7 +312,13 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
                     sheet = Some(Lattice::of_chart(chart, sites, start));
                     (axes.clone(), in_rows, Fit::Whole)
                 }
-                None => (axes.clone(), sample(body, &per_cell, scene.positions(body), &axes), Fit::Whole),
+                None => {
+                    let made = match &body.shape {
+                        Shape::Box { min, max } if in_rows(scene, body) => sample::with_faces([min, max], &per_cell, &axes),
+                        _ => sample(body, &per_cell, scene.positions(body), &axes),
+                    };
+                    (axes.clone(), made, Fit::Whole)
+                }
             },
         };
         samples.extend(made);
@@ -408,7 +414,8 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         Transfer::Pic | Transfer::Apic => 0.0,
     };
     let separation = if method.transfer == Transfer::Asflip { method.separation.unwrap_or(1.0) } else { 0.0 };
-    let extension = dimension == 2 && method.quadrature == Quadrature::Splines && method.quadrature_of_velocity();
+    // contact pushes nodes by their lumped mass, which functions that follow others may have a negative one of
+    let extension = method.quadrature == Quadrature::Splines && method.quadrature_of_velocity() && scene.contact.is_none();
     let lightest = state.particles.mass.iter().copied().fold(f64::INFINITY, f64::min);
     let (projection, balance) =
         (MassRule::new(method.mass(), method, extension), MassRule::new(method.mass_of_balance(), method, extension));
@@ -477,9 +484,18 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
 
 /// The side of a sheet that is a face of the body.
 fn side(bodies: &[Body], scene: &scene::Scene, body: usize, face: &str) -> Option<Side> {
-    let (chart, _) = bodies[body].lattice.as_ref()?.sheet.as_ref()?;
-    let (axis, upper) = chart.side(&scene.body[body].shape, face)?;
+    let (axis, upper) = match (&bodies[body].lattice.as_ref()?.sheet, &scene.body[body].shape) {
+        (Some((chart, _)), shape) => chart.side(shape, face)?,
+        (None, Shape::Box { .. }) => (["x", "y", "z"].iter().position(|axis| face.starts_with(axis))?, face.ends_with('+')),
+        (None, _) => return None,
+    };
     Some(Side { body, axis, upper })
+}
+
+/// Whether particles of a box stand on its faces too: in space, where splines lead through them. (Lines keep those of the papers, and planes have
+/// sheets.)
+fn in_rows(scene: &scene::Scene, body: &scene::Body) -> bool {
+    scene.dimension == 3 && scene.method.quadrature == Quadrature::Splines && scene.positions(body) == scene::Positions::Uniform
 }
 
 /// The grid of a body: cells about as large as those of the scene, as many as fit exactly.

@@ -65,6 +65,28 @@ pub(crate) fn sample(body: &Body, per_cell: &OneOrEach<usize>, positions: Positi
     samples
 }
 
+/// Places on a unit length and their shares: evenly from end to end, with half a share at the ends.
+pub(super) fn up_to_the_ends(count: f64) -> Vec<(f64, f64)> {
+    let n = count as usize;
+    (0..=n).map(|i| (i as f64 / count, if i == 0 || i == n { 0.5 } else { 1.0 } / count)).collect()
+}
+
+/// The particles of a box, on its faces too, the last axis fastest.
+pub(super) fn with_faces([min, max]: [&[f64]; 2], per_cell: &OneOrEach<usize>, axes: &[Axis]) -> Vec<Sample> {
+    let mut samples = vec![Sample { position: [0.0; 3], volume: 1.0 }];
+    for (a, axis) in axes.iter().enumerate() {
+        let length = max[a] - min[a];
+        let line = up_to_the_ends((length / axis.cell_size() * per_cell.axis(a).unwrap_or(1) as f64).round().max(1.0));
+        let at = |sample: Sample, (place, share): (f64, f64)| {
+            let mut position = sample.position;
+            position[a] = min[a] + place * length;
+            Sample { position, volume: sample.volume * share * length }
+        };
+        samples = samples.iter().flat_map(|sample| line.iter().map(move |site| at(*sample, *site))).collect();
+    }
+    samples
+}
+
 /// The particles of a body along one axis.
 struct Column {
     first: i32,

@@ -103,6 +103,11 @@ impl CellQuadrature {
         self.cells.iter().filter(|cell| cell.fit.is_none()).flat_map(|cell| self.particles(cell))
     }
 
+    /// How many cells these are in.
+    pub(crate) fn left_cells(&self) -> usize {
+        self.cells.iter().filter(|cell| cell.fit.is_none()).count()
+    }
+
     /// Sorts particles at `position` by axis \[m\] with `volume` \[m, m2 or m3\] into cells and makes the points of the full ones. All
     /// particles must lie in the grid. Beyond the grid nothing is asked for: a body that ends with it fills its last cells.
     pub(crate) fn prepare(&mut self, position: &[&[f64]], volume: &[f64]) {

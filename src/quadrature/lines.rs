@@ -76,6 +76,11 @@ impl LineQuadrature {
         Self { counts, stages, points: Vec::new(), order: Vec::new(), scratch: Scratch::default() }
     }
 
+    /// The grid, axis by axis.
+    pub(crate) fn axes(&self) -> Vec<GridAxis> {
+        self.stages.iter().map(|stage| stage.grid).collect()
+    }
+
     /// The points of the last [`prepare`](Self::prepare), cell by cell with the last axis fastest.
     pub(crate) fn points(&self) -> &[Point] {
         &self.points

@@ -12,10 +12,10 @@ mod sheet;
 mod spline;
 mod taylor;
 
-pub(crate) use cut::{Cell as CutCell, Curve, CutQuadrature, EdgePoint, Lost};
+pub(crate) use cut::{Curve, CutQuadrature, EdgePoint, Lost};
 pub(crate) use gauss::gauss_legendre;
 pub(crate) use least_squares::{CellQuadrature, FULL_SHARE};
-pub(crate) use lines::{LineQuadrature, Scratch, stretches};
+pub(crate) use lines::{Folded, LineQuadrature, Scratch, stretches};
 pub(crate) use sheet::{SheetQuadrature, SidePoint, Trouble};
 
 /// An axis of the grid.

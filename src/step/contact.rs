@@ -11,6 +11,9 @@ impl Stepper {
     pub(super) fn contact(&mut self, model: &Model, kick: Option<f64>) {
         let Some(friction) = model.friction else { return };
         let encounters = std::mem::take(&mut self.grid.encounters);
+        if kick.is_some() {
+            self.contacts = 0;
+        }
         for &[a, b] in &encounters {
             for k in 0..self.grid.nodes_a_block() {
                 let (a, b) = (a as usize + k, b as usize + k);
@@ -22,6 +25,7 @@ impl Stepper {
                 if kick.is_some_and(|kick| !self.approached(a, b, normal, kick)) {
                     continue;
                 }
+                self.contacts += usize::from(kick.is_some());
                 let impulse = impulse(&self.grid.momentum[a], &self.grid.momentum[b], normal, friction);
                 for (index, mass, sign) in [(a, m, -1.0), (b, n, 1.0)] {
                     for lane in 0..3 {

@@ -35,6 +35,11 @@ impl Group {
         Self { nodes, block }
     }
 
+    /// A node that is lumped.
+    pub(super) fn of(node: usize, mass: f64) -> Self {
+        Self { nodes: vec![node as u32], block: vec![mass] }
+    }
+
     /// Adds `mass N N^T`.
     pub(super) fn add(&mut self, row: &Reduced, mass: f64, place: &mut Vec<usize>) {
         place.clear();

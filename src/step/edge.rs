@@ -1,4 +1,4 @@
-//! The edge of sheets: tractions and pressures on it, and walls that it sticks to.
+//! Sides of bodies in rows: tractions and pressures on them, and walls that the edges of sheets stick to.
 //!
 //! A wall holds the velocity of an edge wherever it lies in the grid. The traction of the body on it, t = sigma n, is part of the balance
 //! of momentum, so that the exact solution fulfils it (Nitsche 1971); and each point of the edge drags a mass `strength` that moves with the wall,
@@ -6,12 +6,14 @@
 //! the matrix stays symmetric and positive.
 
 use super::integrate::{Integration, Rule};
+use super::load::deformation;
+use super::side::{OnSide, RowSide};
 use super::sparse::SparseRows;
 use super::{Stepper, integrate};
 use crate::component::StepError;
 use crate::grid::Lanes;
 use crate::model::{Model, Side, Target};
-use crate::quadrature::Point;
+use crate::quadrature::{Point, stretches};
 use crate::state::State;
 use nalgebra::{Matrix3, Vector3};
 
@@ -27,9 +29,11 @@ pub(super) struct Edges {
     pub(super) walls: SparseRows,
     loads: SparseRows,
     /// Of each wall, in the order of `Model::walls`: its points of the edge of its body.
-    held: Vec<Vec<u32>>,
+    held: Vec<Vec<OnSide>>,
     /// The same for each load on a side.
-    loaded: Vec<(usize, Vec<u32>)>,
+    loaded: Vec<(usize, Vec<OnSide>)>,
+    /// Sides of bodies that are no sheets.
+    rows: Vec<RowSide>,
     /// Velocity of the particles at the points of the walls \[m/s\].
     velocity: Vec<Lanes>,
     /// Velocity of the particles at the points of the loads \[m/s\].
@@ -52,47 +56,87 @@ fn lanes(v: [f64; 3]) -> Lanes {
 }
 
 /// Points of a side.
-fn on_side(all: &Integration, side: &Side) -> Vec<u32> {
-    let Some(Rule::Sheet(sheet)) = all.bodies.get(side.body).map(|body| &body.rule) else { return Vec::new() };
-    let is_there = |(i, point): (usize, &crate::quadrature::SidePoint)| (point.side == (side.axis, side.upper)).then_some(i as u32);
-    sheet.sides().iter().enumerate().filter_map(is_there).collect()
+fn on_side(model: &Model, all: &Integration, rows: &[RowSide], side: &Side) -> Vec<OnSide> {
+    if let Some(row) = rows.iter().find(|row| row.side == *side) {
+        return row.points.clone();
+    }
+    let (Some(Rule::Sheet(sheet)), Some((chart, _))) = (
+        all.bodies.get(side.body).map(|body| &body.rule),
+        model.bodies[side.body].lattice.as_ref().and_then(|lattice| lattice.sheet.as_ref()),
+    ) else {
+        return Vec::new();
+    };
+    let of = |(number, (point, now)): (usize, (&crate::quadrature::SidePoint, &crate::quadrature::EdgePoint))| {
+        let mut at = [point.along; 2];
+        at[side.axis] = f64::from(u8::from(side.upper));
+        let ([x, y], [u, v]) = (now.position, now.area);
+        (point.side == (side.axis, side.upper)).then(|| OnSide {
+            number: number as u32,
+            position: [x, y, 0.0],
+            area: [u, v, 0.0],
+            at: chart.place(at),
+            rest: chart.stretch(1 - side.axis, at) * point.share,
+        })
+    };
+    sheet.sides().iter().zip(sheet.edge()).enumerate().filter_map(of).collect()
 }
 
 impl Stepper {
-    /// Finds the points of edges that something acts on, and the functions there.
-    pub(super) fn place_edges(&mut self, model: &Model, time: f64, all: &mut Integration) -> Result<(), StepError> {
+    /// Finds the points of sides that something acts on, and the functions there.
+    pub(super) fn place_edges(&mut self, model: &Model, state: &State, all: &mut Integration) -> Result<(), StepError> {
         let mut edges = std::mem::take(&mut all.edges);
         edges.walls.clear(model);
         edges.loads.clear(model);
-        edges.held = model.walls.iter().map(|(_, side)| on_side(all, side)).collect();
-        edges.loaded = model.loads.iter().enumerate().filter_map(|(number, load)| Some((number, on_side(all, &load.side?)))).collect();
+        self.place_rows(model, state, all, &mut edges.rows)?;
+        let points = |side: &Side| on_side(model, all, &edges.rows, side);
+        edges.held = model.walls.iter().map(|(_, side)| points(side)).collect();
+        edges.loaded = model.loads.iter().enumerate().filter_map(|(number, load)| Some((number, points(&load.side?)))).collect();
         for ((_, side), points) in model.walls.iter().zip(&edges.held) {
-            self.push_edge(model, time, all, side, points, &mut edges.walls)?;
+            self.push_edge(model, state.time, side, points, &mut edges.walls)?;
         }
         for (number, points) in &edges.loaded {
             if let Some(side) = &model.loads[*number].side {
-                self.push_edge(model, time, all, side, points, &mut edges.loads)?;
+                self.push_edge(model, state.time, side, points, &mut edges.loads)?;
             }
         }
         all.edges = edges;
         Ok(())
     }
 
-    fn push_edge(
-        &mut self,
-        model: &Model,
-        time: f64,
-        all: &Integration,
-        side: &Side,
-        points: &[u32],
-        rows: &mut SparseRows,
-    ) -> Result<(), StepError> {
-        let Rule::Sheet(sheet) = &all.bodies[side.body].rule else { return Ok(()) };
-        let place = |point: &u32| {
-            let point = &sheet.edge()[*point as usize];
-            Point { cell: [point.cell[0], point.cell[1], 0], position: [point.position[0], point.position[1], 0.0], weight: 0.0 }
-        };
-        let points: Vec<Point> = points.iter().map(place).collect();
+    /// Finds the points of sides of bodies that are no sheets.
+    fn place_rows(&self, model: &Model, state: &State, all: &Integration, rows: &mut Vec<RowSide>) -> Result<(), StepError> {
+        let (d, particles) = (model.dimension, &state.particles);
+        if rows.is_empty() {
+            for side in model.loads.iter().filter_map(|load| load.side).chain(model.walls.iter().map(|(_, side)| *side)) {
+                let body = &model.bodies[side.body];
+                let known = rows.iter().any(|row| row.side == side);
+                if let (false, Rule::Lines(lines), Some(lattice)) = (known, &all.bodies[side.body].rule, &body.lattice) {
+                    rows.push(RowSide::new(side, lattice, &lines.axes(), &lattice.extents));
+                }
+            }
+        }
+        for row in rows {
+            let (body, places) = (&model.bodies[row.side.body], &all.bodies[row.side.body].places);
+            let Some(lattice) = &body.lattice else { continue };
+            let place = |p: usize| places[p] as usize;
+            row.prepare(
+                lattice,
+                |p, axis| body.half[axis] * stretches(&deformation(d, state, place(p)))[axis],
+                |p, axis| particles.position.column(axis)[place(p)],
+                |p, axis| model.reference(particles.id[place(p)])[axis],
+                |p| deformation(d, state, place(p)),
+            )
+            .map_err(|_| StepError::NoReconstruction {
+                time: state.time,
+                position: particles.position.row::<3>(place(0))[..d].to_vec(),
+                reason: format!("a side of body `{}` is folded", body.name),
+            })?;
+        }
+        Ok(())
+    }
+
+    fn push_edge(&mut self, model: &Model, time: f64, side: &Side, points: &[OnSide], rows: &mut SparseRows) -> Result<(), StepError> {
+        let points: Vec<Point> = points.iter().map(|point| Point { cell: [0; 3], position: point.position, weight: 0.0 }).collect();
         self.push_points(model, time, model.field(side.body as u16), &points, false, rows)
     }
 
@@ -103,24 +147,15 @@ impl Stepper {
         let mut row = 0;
         for (number, points) in &all.edges.loaded {
             let load = &model.loads[*number];
-            let Some(side) = load.side else { continue };
-            let (Rule::Sheet(sheet), Some((chart, _))) =
-                (&all.bodies[side.body].rule, model.bodies[side.body].lattice.as_ref().and_then(|lattice| lattice.sheet.as_ref()))
-            else {
-                continue;
-            };
             for point in points {
-                let (on_side, now) = (&sheet.sides()[*point as usize], &sheet.edge()[*point as usize]);
-                let mut at = [on_side.along; 2];
-                at[side.axis] = f64::from(u8::from(side.upper));
-                let value = load.signal.value(chart.place(at), state.time, &state.inputs[*number]);
+                let value = load.signal.value(point.at, state.time, &state.inputs[*number]);
                 if value.iter().any(|v| !v.is_finite()) {
                     return Err(StepError::BadLoad { time: state.time, load: load.name.clone() });
                 }
                 let force = if matches!(load.target, Target::Pressure(_)) {
-                    [-value[0] * now.area[0], -value[0] * now.area[1], 0.0]
+                    point.area.map(|area| -value[0] * area)
                 } else {
-                    value.map(|v| v * chart.stretch(1 - side.axis, at) * on_side.share)
+                    value.map(|v| v * point.rest)
                 };
                 all.edges.loads.add(row, lanes(force), &mut self.grid.force);
                 all.edges.force.push(lanes(force));
@@ -140,20 +175,17 @@ impl Stepper {
         edges.force.iter().enumerate().map(of).sum()
     }
 
-    /// Adds the tractions on the walls of a body from its stress at all points of its edge.
-    pub(super) fn add_wall_tractions(&mut self, model: &Model, all: &mut Integration, body: usize, stress: impl Fn(usize) -> Matrix3<f64>) {
-        let Rule::Sheet(sheet) = &all.bodies[body].rule else { return };
+    /// Adds the tractions on the walls of a body from its stress there (see [`Integration::stress_at_walls`]).
+    pub(super) fn add_wall_tractions(&mut self, model: &Model, all: &mut Integration, body: usize, stress: &[Vec<Matrix3<f64>>]) {
         all.edges.traction.resize(model.walls.len(), [0.0; 3]);
         let mut row = 0;
         for (wall, (boundary, side)) in model.walls.iter().enumerate() {
             let points = &all.edges.held[wall];
             if side.body == body {
                 let mut sum = [0.0; 3];
-                for (k, point) in points.iter().enumerate() {
-                    let area = sheet.edge()[*point as usize].area;
-                    let pull = stress(*point as usize) * Vector3::new(area[0], area[1], 0.0);
-                    let held = |a: usize| if model.boundaries[*boundary].holds_axis(a) { pull[a] } else { 0.0 };
-                    let force = [held(0), held(1), 0.0];
+                for (k, (point, stress)) in points.iter().zip(&stress[wall]).enumerate() {
+                    let pull = stress * Vector3::from(point.area);
+                    let force = [0, 1, 2].map(|a| if model.boundaries[*boundary].holds_axis(a) { pull[a] } else { 0.0 });
                     (0..3).for_each(|a| sum[a] += force[a]);
                     all.edges.walls.add(row + k, lanes(force), &mut self.grid.force);
                 }
@@ -167,11 +199,9 @@ impl Stepper {
     pub(super) fn set_walls(&mut self, model: &Model, all: &Integration, matrix: &mut super::mass::MassMatrix) {
         let mut strength = Vec::new();
         for ((boundary, side), points) in model.walls.iter().zip(&all.edges.held) {
-            let Rule::Sheet(sheet) = &all.bodies[side.body].rule else { continue };
             let of_length = STRENGTH * model.bodies[side.body].density * model.cell();
             for point in points {
-                let area = sheet.edge()[*point as usize].area;
-                let own = of_length * area[0].hypot(area[1]);
+                let own = of_length * Vector3::from(point.area).norm();
                 strength.push(lanes([0, 1, 2].map(|a| if model.boundaries[*boundary].holds_axis(a) { own } else { 0.0 })));
             }
         }
@@ -208,6 +238,31 @@ impl Stepper {
 }
 
 impl Integration {
+    /// Stress at the points of each wall of a body \[Pa\]; its columns are those of the particles, or their coefficients.
+    pub(super) fn stress_at_walls(&self, model: &Model, body: usize) -> Vec<Vec<Matrix3<f64>>> {
+        let of_sheet = |sheet: &crate::quadrature::SheetQuadrature, points: &[OnSide]| -> Vec<Matrix3<f64>> {
+            let mut stress: Vec<[f64; 3]> = Vec::new();
+            sheet.at_edge(&self.of_3.coefficients, &mut stress);
+            let at = |point: &OnSide| {
+                let [xx, yy, xy] = stress[point.number as usize];
+                Matrix3::new(xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, 0.0)
+            };
+            points.iter().map(at).collect()
+        };
+        let of_row = |row: &RowSide| -> Vec<Matrix3<f64>> {
+            let Some(lattice) = &model.bodies[body].lattice else { return Vec::new() };
+            let known = if model.dimension == 1 { 1 } else { 6 };
+            let stress = row.values::<6>(lattice, |p, k| if k < known { self.columns[k][p] } else { 0.0 });
+            stress.into_iter().map(|[xx, yy, zz, yz, xz, xy]| Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)).collect()
+        };
+        let of = |((_, side), points): (&(usize, Side), &Vec<OnSide>)| match (&self.bodies[body].rule, side.body == body) {
+            (Rule::Sheet(sheet), true) => of_sheet(sheet, points),
+            (_, true) => self.edges.rows.iter().find(|row| row.side == *side).map(of_row).unwrap_or_default(),
+            _ => Vec::new(),
+        };
+        model.walls.iter().zip(&self.edges.held).map(of).collect()
+    }
+
     /// Takes the velocity of the particles to the points of edges; `columns` are its components.
     pub(super) fn velocity_at_edges(&mut self, model: &Model, velocity: impl Fn(usize, usize) -> f64) {
         if !Edges::is_needed(model) {
@@ -224,19 +279,28 @@ impl Integration {
             }
             of_bodies.push(values);
         }
-        let of = |body: usize, point: &u32| {
-            let [x, y] = of_bodies[body][*point as usize];
-            [0.0, x, y, 0.0]
+        let of_rows = |row: &RowSide| {
+            let (lattice, places) = (model.bodies[row.side.body].lattice.as_ref()?, &self.bodies[row.side.body].places);
+            let of = |p: usize, axis: usize| if axis < model.dimension { velocity(places[p] as usize, axis) } else { 0.0 };
+            Some((row.side, row.values::<3>(lattice, of)))
+        };
+        let of_rows: Vec<(Side, Vec<[f64; 3]>)> = self.edges.rows.iter().filter_map(of_rows).collect();
+        let of = |side: &Side, point: &OnSide| match of_rows.iter().find(|(known, _)| known == side) {
+            Some((_, values)) => lanes(values[point.number as usize]),
+            None => {
+                let [x, y] = of_bodies[side.body][point.number as usize];
+                [0.0, x, y, 0.0]
+            }
         };
         let Edges { held, loaded, velocity, loaded_velocity, .. } = &mut self.edges;
         velocity.clear();
         for ((_, side), points) in model.walls.iter().zip(held) {
-            velocity.extend(points.iter().map(|point| of(side.body, point)));
+            velocity.extend(points.iter().map(|point| of(side, point)));
         }
         loaded_velocity.clear();
         for (number, points) in loaded {
             let Some(side) = &model.loads[*number].side else { continue };
-            loaded_velocity.extend(points.iter().map(|point| of(side.body, point)));
+            loaded_velocity.extend(points.iter().map(|point| of(side, point)));
         }
     }
 }

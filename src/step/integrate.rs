@@ -11,9 +11,7 @@ use crate::basis::{BATCH, Places};
 use crate::component::StepError;
 use crate::grid::{Lanes, Tied};
 use crate::model::{Lattice, Model};
-use crate::quadrature::{
-    CellQuadrature, CutCell, FULL_SHARE, GridAxis, LineQuadrature, Point, Scratch, SheetQuadrature, Trouble, stretches,
-};
+use crate::quadrature::{CellQuadrature, FULL_SHARE, GridAxis, LineQuadrature, Point, Scratch, SheetQuadrature, Trouble, stretches};
 use crate::state::State;
 
 /// The points of one body, and memory for its fields.
@@ -27,11 +25,6 @@ pub(super) struct BodyPoints {
 impl BodyPoints {
     pub(super) fn points(&self) -> &[Point] {
         self.rule.points()
-    }
-
-    /// The cells of a sheet.
-    pub(super) fn cells(&self) -> &[CutCell] {
-        if let Rule::Sheet(sheet) = &self.rule { sheet.cells() } else { &[] }
     }
 }
 
@@ -66,16 +59,16 @@ pub(super) struct Integration {
     pub(super) columns: Vec<Vec<f64>>,
     of_1: Fields<1>,
     of_2: Fields<2>,
-    of_3: Fields<3>,
+    pub(super) of_3: Fields<3>,
     of_6: Fields<6>,
 }
 
 /// `K` fields at the points of a body.
 #[derive(Debug)]
-struct Fields<const K: usize> {
+pub(super) struct Fields<const K: usize> {
     scratch: Scratch<K>,
     /// Coefficients of a sheet.
-    coefficients: Vec<f64>,
+    pub(super) coefficients: Vec<f64>,
     values: Vec<[f64; K]>,
 }
 
@@ -194,7 +187,7 @@ impl Stepper {
             self.push_points(model, state.time, model.field(b as u16), points.rule.points(), true, &mut all.rows)?;
         }
         if Edges::is_needed(model) {
-            self.place_edges(model, state.time, all)?;
+            self.place_edges(model, state, all)?;
         }
         if model.needs.extension {
             self.extend(model, all);
@@ -270,14 +263,9 @@ impl Stepper {
                 }
             }
             first += rule.points().len();
-            if let (Rule::Sheet(sheet), true) = (rule, model.walls.iter().any(|(_, side)| side.body == body)) {
-                let mut stress: Vec<[f64; 3]> = Vec::new();
-                sheet.at_edge(&all.of_3.coefficients, &mut stress);
-                let at = |point: usize| {
-                    let [xx, yy, xy] = stress[point];
-                    nalgebra::Matrix3::new(xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, 0.0)
-                };
-                self.add_wall_tractions(model, &mut all, body, at);
+            if model.walls.iter().any(|(_, side)| side.body == body) {
+                let stress = all.stress_at_walls(model, body);
+                self.add_wall_tractions(model, &mut all, body, &stress);
             }
         }
         self.integration = all;

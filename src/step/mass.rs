@@ -140,6 +140,12 @@ impl MassMatrix {
         velocities.iter().zip(&self.strength).enumerate().map(of).collect()
     }
 
+    /// Whether a node has a value of its own.
+    #[cfg(test)]
+    pub(super) fn stands(&self, node: usize) -> bool {
+        self.diagonal[node] > 0.0 && self.follows[node] == NONE
+    }
+
     /// Mass at each point \[kg\].
     pub(super) fn masses(&self) -> &[f64] {
         &self.mass
@@ -182,6 +188,7 @@ impl MassMatrix {
         let mut before = usize::MAX;
         for p in 0..self.rows.len() {
             reduce(&self.rows, p, &self.tied, &self.follows, &mut row);
+            row.retain(|(node, _)| !self.light[*node]);
             let first = self.rows.row(p).next().map_or(usize::MAX, |(node, _)| node);
             if first != before {
                 groups.push(Group::new(&row));
@@ -196,6 +203,12 @@ impl MassMatrix {
             let mut group = Group::new(&row);
             group.add(&row, strength.iter().copied().fold(0.0, f64::max), &mut place);
             groups.push(group);
+        }
+        for node in (0..self.light.len()).filter(|_| self.any_light) {
+            let own = if self.light[node] { self.lumped[node] } else { self.shared[node] };
+            if own > 0.0 {
+                groups.push(Group::of(node, own));
+            }
         }
         self.direct.factor(self.lumped.len(), &groups);
     }

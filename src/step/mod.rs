@@ -23,17 +23,21 @@ mod locate;
 mod mass;
 pub(crate) mod measure;
 mod p2g;
+mod side;
+#[cfg(test)]
+mod slivers;
 mod sparse;
 mod wrong;
 
 pub(crate) use wrong::Wrong;
 
-use crate::component::StepError;
+use crate::component::{Fallback, StepError};
 use crate::grid::{Grid, Lanes, Tile};
 use crate::model::Model;
 use crate::scene::Integrator;
 use crate::state::State;
 use crate::transfer::{GatherReport, Kernels, StencilRows};
+use integrate::{Integration, Rule};
 use rayon::prelude::*;
 use std::cell::RefCell;
 
@@ -58,7 +62,7 @@ pub(crate) struct Stepper {
     reports: Vec<GatherReport>,
     extents: Vec<locate::Extent>,
     rows: StencilRows,
-    integration: integrate::Integration,
+    integration: Integration,
     matrix: mass::MassMatrix,
     /// Whether the mass matrix is that of the particles where they are.
     matrix_is_current: bool,
@@ -68,6 +72,8 @@ pub(crate) struct Stepper {
     right: Vec<Lanes>,
     /// A mass matrix times a field.
     product: Vec<Lanes>,
+    /// Nodes at which bodies pushed each other in the last step.
+    contacts: usize,
     /// What is done wrong on purpose.
     pub(crate) wrong: Option<Wrong>,
     /// Iterations of the solver of the mass matrix since the last call of `begin`.
@@ -89,12 +95,13 @@ impl Stepper {
             reports: Vec::new(),
             extents: Vec::new(),
             rows: StencilRows::default(),
-            integration: integrate::Integration::new(model),
+            integration: Integration::new(model),
             matrix: mass::MassMatrix::default(),
             matrix_is_current: false,
             shares: Vec::new(),
             right: Vec::new(),
             product: Vec::new(),
+            contacts: 0,
             wrong: None,
             iterations: 0,
         }
@@ -116,6 +123,13 @@ impl Stepper {
     /// Mean force of each boundary on the bodies since [`Stepper::begin`] \[N\]: impulse over the length of the kicks it acted in.
     pub(crate) fn mean_reactions(&self) -> impl Iterator<Item = [f64; 3]> {
         self.impulse.iter().map(|impulse| impulse.map(|i| i / self.kicked))
+    }
+
+    /// Where the last step fell back to a lower order.
+    pub(crate) fn fallback(&self) -> Fallback {
+        let Integration { bodies, extender, .. } = &self.integration;
+        let cells = bodies.iter().map(|body| if let Rule::Cells(cells) = &body.rule { cells.left_cells() } else { 0 }).sum();
+        Fallback { cells, nodes: extender.ragged.len(), contacts: self.contacts }
     }
 
     /// One step of length `dt` \[s\]. On an error the state is spoilt; the caller holds a copy.

@@ -256,6 +256,11 @@ impl Total {
         self.iterations = 0;
     }
 
+    /// Functions at cut edges that found none to follow.
+    pub(crate) fn alone(&self) -> usize {
+        self.bodies.iter().filter_map(|body| Some(body.reference.ties()?.alone())).sum()
+    }
+
     /// Iterations of Newton's method since [`Self::begin`].
     pub(crate) fn iterations(&self) -> u64 {
         self.iterations

@@ -111,6 +111,11 @@ impl Ties {
         Self { roles, follow, cells, alone: if extends { alone } else { 0 } }
     }
 
+    /// Functions with support in the body that found none to follow.
+    pub(super) fn alone(&self) -> usize {
+        self.alone
+    }
+
     /// In words.
     pub(super) fn describe(&self) -> String {
         let own = self.roles.iter().filter(|role| **role == Role::Own).count();

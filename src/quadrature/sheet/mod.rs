@@ -10,7 +10,7 @@ mod tests;
 
 use interpolation::{Interpolation, Place};
 
-use super::cut::{Cell, Curve, CutQuadrature, EdgePoint, Lost};
+use super::cut::{Curve, CutQuadrature, EdgePoint, Lost};
 use super::{GridAxis, Point};
 
 /// Steps after which Newton's method has failed.
@@ -78,10 +78,6 @@ impl SheetQuadrature {
     /// The points, cell by cell.
     pub(crate) fn points(&self) -> &[Point] {
         &self.cut.points
-    }
-
-    pub(crate) fn cells(&self) -> &[Cell] {
-        &self.cut.cells
     }
 
     /// The points of the edge.

@@ -30,9 +30,9 @@ impl Check<'_> {
                 let path = format!("{path}.surface");
                 self.face(&path, &surface.body, &surface.face);
                 let method = &self.scene.method;
-                let has = self.dimension == 2 && (method.is_total() || method.quadrature == Quadrature::Splines);
+                let has = self.dimension > 1 && method.is_total() || method.quadrature == Quadrature::Splines;
                 self.require(has, &path, || {
-                    "is for dimension 2, with formulation = \"total\" or quadrature = \"splines\"; take a face or a region".into()
+                    "is for quadrature = \"splines\", and for formulation = \"total\" in dimension 2 and 3; take a face or a region".into()
                 });
             }
             let holds = !boundary.fixed.is_empty() || !boundary.velocity.is_empty();
