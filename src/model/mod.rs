@@ -414,7 +414,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         Transfer::Pic | Transfer::Apic => 0.0,
     };
     let separation = if method.transfer == Transfer::Asflip { method.separation.unwrap_or(1.0) } else { 0.0 };
-    // contact pushes nodes by their lumped mass, which functions that follow others may have a negative one of
+    // a node that bodies push must not be followed: with contact those with little of a body are lumped instead
     let extension = method.quadrature == Quadrature::Splines && method.quadrature_of_velocity() && scene.contact.is_none();
     let lightest = state.particles.mass.iter().copied().fold(f64::INFINITY, f64::min);
     let (projection, balance) =

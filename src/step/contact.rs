@@ -2,10 +2,25 @@
 //! al. 2001, section 2). Momentum is exchanged, pair by pair, so its sum is what it was.
 
 use super::Stepper;
+use super::integrate::Integration;
 use crate::grid::Lanes;
 use crate::model::Model;
 
 impl Stepper {
+    /// Finds the nodes that two bodies reach with their quadrature points.
+    pub(super) fn find_touching(&self, all: &mut Integration) {
+        let mut reached = vec![false; self.grid.momentum.len()];
+        for point in 0..all.rows.len() {
+            all.rows.row(point).for_each(|(node, _)| reached[node] = true);
+        }
+        let pairs =
+            self.grid.encounters.iter().flat_map(|pair| (0..self.grid.nodes_a_block()).map(|k| pair.map(|first| first as usize + k)));
+        all.touching.clear();
+        all.touching.extend(pairs.filter(|pair| pair.iter().all(|node| reached[*node])).flatten());
+        all.touching.sort_unstable();
+        all.touching.dedup();
+    }
+
     /// Corrects the velocities of nodes that two bodies reach. With a kick their accelerations are corrected too, through which the
     /// particles get the impulse; without one only the motion of the particles is.
     pub(super) fn contact(&mut self, model: &Model, kick: Option<f64>) {
@@ -17,7 +32,7 @@ impl Stepper {
         for &[a, b] in &encounters {
             for k in 0..self.grid.nodes_a_block() {
                 let (a, b) = (a as usize + k, b as usize + k);
-                let [m, n] = [a, b].map(|i| self.grid.momentum[i][0]);
+                let [m, n] = [a, b].map(|i| self.pushed_mass(i));
                 if m <= 0.0 || n <= 0.0 {
                     continue;
                 }
@@ -26,7 +41,8 @@ impl Stepper {
                     continue;
                 }
                 self.contacts += usize::from(kick.is_some());
-                let impulse = impulse(&self.grid.momentum[a], &self.grid.momentum[b], normal, friction);
+                let [v, w] = [a, b].map(|i| self.grid.momentum[i]);
+                let impulse = impulse(&[m, v[1], v[2], v[3]], &[n, w[1], w[2], w[3]], normal, friction);
                 for (index, mass, sign) in [(a, m, -1.0), (b, n, 1.0)] {
                     for lane in 0..3 {
                         let change = sign * impulse[lane] / mass;
@@ -36,6 +52,11 @@ impl Stepper {
             }
         }
         self.grid.encounters = encounters;
+    }
+
+    /// Mass that an impulse on a node moves \[kg\]: that of the matrix which its velocity comes from.
+    fn pushed_mass(&self, node: usize) -> f64 {
+        if self.integration.touching.is_empty() { self.grid.momentum[node][0] } else { self.matrix.lumped(node) }
     }
 
     /// Whether two nodes came closer before the kick. An impulse does work with the mean of the velocities before and after it: between nodes

@@ -54,6 +54,8 @@ pub(super) struct Integration {
     pub(super) rows: SparseRows,
     pub(super) edges: Edges,
     pub(super) extender: Extender,
+    /// Nodes in whose support two bodies are.
+    pub(super) touching: Vec<usize>,
     /// By place in memory: whether the stress of a particle is integrated elsewhere.
     relieved: Vec<bool>,
     pub(super) columns: Vec<Vec<f64>>,
@@ -189,6 +191,9 @@ impl Stepper {
         if Edges::is_needed(model) {
             self.place_edges(model, state, all)?;
         }
+        if model.friction.is_some() {
+            self.find_touching(all);
+        }
         if model.needs.extension {
             self.extend(model, all);
         }
@@ -281,6 +286,8 @@ impl Stepper {
             shares.fill(0.0);
             all.extender.ragged.iter().for_each(|node| shares[*node] = 1.0);
         }
+        // contact pushes nodes one by one: by a mass that no other shares
+        all.touching.iter().for_each(|node| shares[*node] = f64::INFINITY);
         // serendipity elements have theirs within the rows
         let (tied, none) = (std::mem::take(&mut self.grid.tied), Tied::default());
         let made = matrix.set(model, &shares, if model.needs.extension { &tied } else { &none }, |rows, mass| {

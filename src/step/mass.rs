@@ -146,6 +146,11 @@ impl MassMatrix {
         self.diagonal[node] > 0.0 && self.follows[node] == NONE
     }
 
+    /// Row sum of a node \[kg\].
+    pub(super) fn lumped(&self, node: usize) -> f64 {
+        self.lumped[node]
+    }
+
     /// Mass at each point \[kg\].
     pub(super) fn masses(&self) -> &[f64] {
         &self.mass
