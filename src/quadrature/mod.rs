@@ -13,7 +13,7 @@ mod solid;
 mod spline;
 mod taylor;
 
-pub(crate) use cut::{Cell as CutCell, Curve, CutQuadrature, EdgePoint, Lost};
+pub(crate) use cut::{Cell as CutCell, Curve, CutQuadrature, Lost};
 pub(crate) use gauss::gauss_legendre;
 pub(crate) use least_squares::{CellQuadrature, FULL_SHARE};
 pub(crate) use lines::{LineQuadrature, Scratch, stretches};

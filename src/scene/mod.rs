@@ -9,12 +9,14 @@ mod fault;
 mod formula;
 mod method;
 pub mod parse;
+mod polyhedron;
 mod shape;
 mod structure;
 
 pub use fault::{Fault, SceneError, nearest};
 pub use formula::Formula;
 pub use method::{Basis, Domain, Formulation, Integrator, LinearSolver, Mass, MassSolver, Method, Quadrature, QuadratureOf, Transfer};
+pub(crate) use polyhedron::{Polyhedron, half_spaces};
 pub use shape::{Face, FacePoint, Shape};
 
 use indexmap::IndexMap;

@@ -11,7 +11,7 @@ mod column;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use bound::{Bound, cross, dot};
+pub(crate) use bound::Bound;
 
 use super::gauss::gauss_legendre;
 use super::{GridAxis, Point};

@@ -1,3 +1,4 @@
+use super::bound::dot;
 use super::*;
 use std::f64::consts::PI;
 

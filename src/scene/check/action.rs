@@ -30,9 +30,10 @@ impl Check<'_> {
                 let path = format!("{path}.surface");
                 self.face(&path, &surface.body, &surface.face);
                 let method = &self.scene.method;
-                let has = self.dimension == 2 && (method.is_total() || method.quadrature == Quadrature::Splines);
+                let has = self.dimension > 1 && method.is_total() || self.dimension == 2 && method.quadrature == Quadrature::Splines;
                 self.require(has, &path, || {
-                    "is for dimension 2, with formulation = \"total\" or quadrature = \"splines\"; take a face or a region".into()
+                    "is for formulation = \"total\" in dimension 2 and 3, and for quadrature = \"splines\" in dimension 2; take a face or a region"
+                        .into()
                 });
             }
             let holds = !boundary.fixed.is_empty() || !boundary.velocity.is_empty();
@@ -131,7 +132,7 @@ impl Check<'_> {
         let names: Vec<&str> = faces.iter().map(|face| face.name.as_str()).collect();
         let path = format!("{path}.face");
         if names.is_empty() {
-            self.fault(&path, format!("body `{body}` has no faces: the plane of a half_space has no end, and so no face"));
+            self.fault(&path, format!("body `{body}` has no faces"));
         } else {
             self.require(names.contains(&face), &path, || format!("body `{body}` has no face `{face}`{}", hint(face, &names)));
         }
