@@ -16,6 +16,8 @@ mod precondition;
 mod reference;
 #[cfg(test)]
 mod slivers;
+#[cfg(test)]
+mod slivers_in_space;
 mod surface;
 #[cfg(test)]
 mod tests;
