@@ -209,8 +209,8 @@ pub struct Boundary {
     /// A region: every node (for B-splines: every Greville point) in it is held.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Shape>,
-    /// A face of a body, wherever it lies in the grid: what sticks to a wall. In dimension 2, for formulation = "total" and for
-    /// quadrature = "splines". In "total", where the face cuts cells it is held by Nitsche's method: for laws with a stored energy, without
+    /// A face of a body, wherever it lies in the grid: what sticks to a wall. For formulation = "total" in dimension 2 and 3, and for
+    /// quadrature = "splines" in dimension 2. In "total", where the face cuts cells it is held by Nitsche's method: for laws with a stored energy, without
     /// `mean_dilatation`; the work of its forces is not counted as stored energy.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface: Option<Surface>,

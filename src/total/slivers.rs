@@ -69,10 +69,9 @@ struct Figures {
     lumped: f64,
 }
 
-fn figures(place: [f64; 2], angle: f64, degree: usize) -> Figures {
-    let mut scene = rectangle(place, angle, degree, "linear_elastic", "integrator = \"quasi_static\"");
-    scene.load.clear();
-    let (mut grid, model, state) = total(&scene);
+/// Mass, and stiffness at rest, of a scene without loads in which a face is held; the share of the penalty from which on the latter is positive.
+pub(super) fn matrices(scene: &Scene) -> (DMatrix<f64>, DMatrix<f64>, f64) {
+    let (mut grid, model, state) = total(scene);
     let body = &grid.bodies[0];
     let own: Vec<usize> = (0..body.reference.len()).filter(|i| body.reference.is_own(*i)).collect();
     let mass = DMatrix::from_fn(own.len(), own.len(), |i, j| body.mass.entry(own[i], own[j]));
@@ -100,6 +99,13 @@ fn figures(place: [f64; 2], angle: f64, degree: usize) -> Figures {
         let part = &full + (&double - &full) * (middle - 1.0);
         if part.cholesky().is_some() { high = middle } else { low = middle }
     }
+    (mass, full, high)
+}
+
+fn figures(place: [f64; 2], angle: f64, degree: usize) -> Figures {
+    let mut scene = rectangle(place, angle, degree, "linear_elastic", "integrator = \"quasi_static\"");
+    scene.load.clear();
+    let (mass, full, high) = matrices(&scene);
     let stable = |method: &str, held: bool| {
         let mut scene = rectangle(place, angle, degree, "linear_elastic", method);
         if !held {
