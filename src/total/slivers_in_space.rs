@@ -86,9 +86,12 @@ fn figures(grid: &mut Total, model: &Model, state: &State) -> [f64; 2] {
     [condition(&mass).abs(), grid.stable_step(model, state).unwrap()]
 }
 
+/// Measured at 50 places and 50 angles for degree 1, 40 and 40 for degree 2, 12 and 12 for degree 3: the stable step changes 2.2, 2.0 and 1.9 times
+/// (held 1.8, 1.7 and 1.7), the condition of the mass 3.7, 5.9 and 14 times. Without extension the step goes down to 2e-10 s, and the condition
+/// up to 2e10 at degree 1 and to what round-off makes of a singular matrix above.
 #[test]
 fn slivers_and_angles_change_little_in_space() {
-    for (degree, places, angles) in [(1, 10, 10), (2, 10, 10), (3, 4, 4)] {
+    for (degree, places, angles) in [(1, 10, 10), (2, 10, 10), (3, 5, 5)] {
         let started = std::time::Instant::now();
         // condition and step of a free body, step of a held one, share of the penalty that it needs, and the first two without extension
         let mut ranges = [[f64::INFINITY, 0.0]; 6];
@@ -101,9 +104,7 @@ fn slivers_and_angles_change_little_in_space() {
             let [bare_mass, bare] = figures(&mut grid, &model, &state);
             let (mut grid, model, state) = made(HELD);
             let held = grid.stable_step(&model, &state).unwrap();
-            // dense matrices: at degree 3 they would take minutes
-            let at_rest = scene(&shape, degree, "linear_elastic", HELD, "integrator = \"quasi_static\"");
-            let needed = if degree < 3 { matrices(&at_rest).2 } else { 0.0 };
+            let (.., needed) = matrices(&scene(&shape, degree, "linear_elastic", HELD, "integrator = \"quasi_static\""));
             for (range, value) in ranges.iter_mut().zip([mass, free, held, needed, bare_mass, bare]) {
                 *range = [range[0].min(value), range[1].max(value)];
             }
@@ -114,10 +115,11 @@ fn slivers_and_angles_change_little_in_space() {
             "degree {degree}: condition of mass {mass:.0?}, stable step free {free:.5?} s, held {held:.5?} s, penalty needed {needed:.2?}"
         );
         println!("   without extension: condition {:?}, stable step free {:?} s; {:.1?}", short(bare_mass), short(bare), started.elapsed());
-        for (name, [low, high]) in [("mass", mass), ("free", free), ("held", held)] {
-            assert!(high < 10.0 * low, "degree {degree}, {name}: {low:e} to {high:e}");
+        // the body is less than three cells thick: at degree 3 there are few blocks of functions to follow
+        for (name, [low, high], times) in [("mass", mass, if degree < 3 { 10.0 } else { 20.0 }), ("free", free, 3.0), ("held", held, 3.0)] {
+            assert!(high < times * low, "degree {degree}, {name}: {low:e} to {high:e}");
         }
-        assert!(needed[1] < 0.9, "degree {degree}: {needed:?}");
+        assert!(needed[1] < 0.6, "degree {degree}: {needed:?}");
     }
 }
 
