@@ -279,8 +279,8 @@ pub struct BodyForce {
 pub struct Traction {
     /// Name of the body.
     pub body: String,
-    /// Name of the face: `x-` ... `z+` of a box, `outer` of a disk or sphere, `inner` or `outer` of a ring, `edge1` ... of a
-    /// polygon; in a union, difference or intersection with the number of the part before it, as in `2/x+`.
+    /// Name of the face: `x-` ... `z+` of a box, `outer` of a disk or sphere, `inner` or `outer` of a ring, `edge1` ... of a polygon, `plane` of
+    /// a half-space; in a union, difference or intersection with the number of the part before it, as in `2/x+`.
     pub face: String,
     /// Force an undeformed area \[Pa\]; its formulas may use x, y, z (position at time 0) and t.
     pub value: Signal,
