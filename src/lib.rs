@@ -77,6 +77,8 @@
 //!   have (`step/contact.rs`). An impulse acts only between nodes that approached before the kick too; Bardenhagen's rule alone adds energy.
 //! - An implicit step of the updated formulation is a step of the total one whose reference is the configuration at its start
 //!   (`total/updated.rs`): one residual and one tangent for both, tested against differences for each law (`total/tests.rs`).
+//! - What is inside a cell that a body in space cuts is integrated coordinate by coordinate (`quadrature/solid`), not by cones as in a plane:
+//!   it takes fewer points, which are particles, and their weights are positive wherever holes are.
 //! - Bodies that cut cells in the total formulation keep all functions in their fields; those with little support are tied to others where forces
 //!   are summed and matrices assembled (`total/ties.rs`), so that kernels know nothing of it. Their held faces add an energy (`total/surface.rs`).
 //! - In the total formulation velocity stays on the nodes, and the particles are quadrature points: nothing is projected, nothing is lost.

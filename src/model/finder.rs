@@ -76,7 +76,7 @@ impl Finder<'_> {
                 let points = map.side(shape, face).map_or_else(Vec::new, |name| side(name, axes));
                 points.iter().map(|point| bend(map, point)).collect()
             }),
-            _ if let Some(cut) = self.body(body).fit.cut() => cut.face(face),
+            _ if let Some(cut) = self.body(body).fit.cut() => cut.face_points(face),
             Shape::Box { .. } if self.scene.method.is_total() => side(face, axes),
             shape => shape.faces().into_iter().find(|f| f.name == face).map(|f| f.points(&spacing)).unwrap_or_default(),
         };

@@ -9,10 +9,11 @@ mod load;
 mod map;
 mod outline;
 mod sample;
+mod skin;
 
 pub(crate) use boundary::Boundary;
 pub(crate) use chart::Chart;
-pub(crate) use cut::{Cut, Fit};
+pub(crate) use cut::{Cut, CutPoint, Fit};
 pub(crate) use load::{Load, SPACE_TIME, Side, Signal, SurfacePoint, Target};
 
 use crate::basis::{Axis, Family};
@@ -26,6 +27,7 @@ use lattice::lattice;
 pub(crate) use map::Quadrilateral;
 use outline::Outline;
 use sample::{Sample, sample};
+use skin::Skin;
 
 /// A scene made ready to run.
 #[derive(Debug, Clone)]
@@ -285,23 +287,27 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
             }
             (None, shape) if method.is_total() => {
                 let (lower, upper) = shape.bounds(dimension);
-                let whole = matches!(shape, Shape::Box { .. });
-                match Outline::new(shape) {
-                    Ok(outline) if !whole => {
+                let bounds = [&lower[..], &upper[..]];
+                let cut = match (shape, dimension) {
+                    (Shape::Box { .. }, _) => None,
+                    (_, 3) => Some(Skin::new(shape).map(|skin| Ok(cut::cut_in_space(&skin, bounds, &axes, &per_cell)))),
+                    (..) => Some(Outline::new(shape).map(|outline| cut::cut(&outline, bounds, &axes, &per_cell))),
+                };
+                match cut {
+                    Some(Ok(made)) => {
                         let lost = |lost: cut::Lost| {
                             Fault::new(
                                 format!("body.{name}.shape"),
                                 format!("has an edge that cannot be followed near {:?} m", lost.position),
                             )
                         };
-                        let (own, made, cut) = cut::cut(outline, [&lower, &upper], &axes, &per_cell).map_err(lost)?;
+                        let (own, made, cut) = made.map_err(lost)?;
                         (own, made, Fit::Cut(cut))
                     }
-                    outline => {
+                    around => {
                         let own = fitted(&lower, &upper, &axes);
                         let made = sample(body, &per_cell, scene.positions(body), &own);
-                        let fit = outline.err().filter(|_| !whole).map_or(Fit::Whole, Fit::Around);
-                        (own, made, fit)
+                        (own, made, around.and_then(Result::err).map_or(Fit::Whole, Fit::Around))
                     }
                 }
             }

@@ -9,6 +9,7 @@ mod gauss;
 mod least_squares;
 mod lines;
 mod sheet;
+mod solid;
 mod spline;
 mod taylor;
 
@@ -17,6 +18,7 @@ pub(crate) use gauss::gauss_legendre;
 pub(crate) use least_squares::{CellQuadrature, FULL_SHARE};
 pub(crate) use lines::{Folded, LineQuadrature, Scratch, stretches};
 pub(crate) use sheet::{SheetQuadrature, SidePoint, Trouble};
+pub(crate) use solid::{Bound, Solid, SolidQuadrature};
 
 /// An axis of the grid.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -193,11 +193,11 @@ pub enum Formulation {
     /// That of now: particles move through a grid, which forgets after each step. Bodies may touch, and deform without bounds.
     Updated,
     /// That of time 0: each body has a grid of its own that deforms with it, so that shape functions are computed once. For bodies that do not
-    /// touch: far more accurate, and cheaper. The grid is fitted to boxes and convex polygons of four corners. In dimension 2 the edge of disks,
-    /// rings, other polygons, and differences whose holes are wholly inside and apart, cuts cells of the grid of the scene: particles are the
-    /// points of a quadrature of what is inside, functions with little of the body follow others (extended B-splines), and the order is that of
-    /// a fitted grid, wherever the body lies. Such bodies are held by `boundary.NAME.surface`: regions hold functions, of which none is alone at
-    /// an edge. With lumped mass no function follows another: from degree 2 on the stable step does not suffer, but order is lost. Any other
+    /// touch: far more accurate, and cheaper. The grid is fitted to boxes and convex polygons of four corners. The edge of disks, rings, other
+    /// polygons, in dimension 3 the surface of spheres and of intersections of boxes and half-spaces, and those of differences of them whose holes
+    /// are wholly inside and apart, cut cells of the grid of the scene: particles are the points of a quadrature of what is inside, functions
+    /// with little of the body follow others (extended B-splines), and the order is that of a fitted grid, wherever the body lies. Such bodies
+    /// are held by `boundary.NAME.surface`: regions hold functions, of which none is alone at an edge. With lumped mass no function follows another: from degree 2 on the stable step does not suffer, but order is lost. Any other
     /// shape has the grid of the box around it, and its edge is known to a particle only.
     Total,
 }
@@ -241,8 +241,8 @@ pub enum Quadrature {
     /// At Gauss points in cells, from cubic splines through the particles (Tielen 2016, chapter 7). Particles stand in rows that stay rows. In
     /// dimension 2 each body is a box, a ring or a convex polygon with four corners, anywhere in the grid, with particles on its edges too;
     /// cells that its edge cuts are integrated exactly, and with quadrature_of = "force_and_velocity" the functions at the edge are extended
-    /// from inside (Hollig 2001). In dimensions 1 and 3 it is a box of cells, and its ends must stay upright: where they lean, integrals are off
-    /// (0.8 % at 0.1 rad).
+    /// from inside (Hollig 2001). In dimensions 1 and 3 it is a box, in
+    /// dimension 3 with particles on its faces too, and its ends must stay upright: where they lean, integrals are off (0.8 % at 0.1 rad).
     Splines,
     /// At Gauss points of full cells, from a least-squares fit in each (Wobbes et al. 2019); at the particles of other cells.
     LeastSquares,

@@ -9,12 +9,14 @@ mod fault;
 mod formula;
 mod method;
 pub mod parse;
+mod polyhedron;
 mod shape;
 mod structure;
 
 pub use fault::{Fault, SceneError, nearest};
 pub use formula::Formula;
 pub use method::{Basis, Domain, Formulation, Integrator, LinearSolver, Mass, MassSolver, Method, Quadrature, QuadratureOf, Transfer};
+pub(crate) use polyhedron::{Polyhedron, half_spaces};
 pub use shape::{Face, FacePoint, Shape};
 
 use indexmap::IndexMap;
@@ -207,7 +209,7 @@ pub struct Boundary {
     /// A region: every node (for B-splines: every Greville point) in it is held.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Shape>,
-    /// A face of a body, wherever it lies in the grid: what sticks to a wall. In dimension 2, for formulation = "total" and for
+    /// A face of a body, wherever it lies in the grid: what sticks to a wall. For formulation = "total" in dimension 2 and 3, and for
     /// quadrature = "splines". In "total", where the face cuts cells it is held by Nitsche's method: for laws with a stored energy, without
     /// `mean_dilatation`; the work of its forces is not counted as stored energy.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -277,8 +279,8 @@ pub struct BodyForce {
 pub struct Traction {
     /// Name of the body.
     pub body: String,
-    /// Name of the face: `x-` ... `z+` of a box, `outer` of a disk or sphere, `inner` or `outer` of a ring, `edge1` ... of a
-    /// polygon; in a union, difference or intersection with the number of the part before it, as in `2/x+`.
+    /// Name of the face: `x-` ... `z+` of a box, `outer` of a disk or sphere, `inner` or `outer` of a ring, `edge1` ... of a polygon, `plane` of
+    /// a half-space; in a union, difference or intersection with the number of the part before it, as in `2/x+`.
     pub face: String,
     /// Force an undeformed area \[Pa\]; its formulas may use x, y, z (position at time 0) and t.
     pub value: Signal,

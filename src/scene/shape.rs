@@ -1,5 +1,6 @@
 //! Regions of space: what a body fills, where a boundary holds, and the faces that carry tractions.
 
+use super::{Polyhedron, half_spaces};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -43,7 +44,7 @@ pub enum Shape {
         /// Corners in order \[m\], either sense of rotation.
         points: Vec<Vec<f64>>,
     },
-    /// All points behind a plane: those with (x - point) . normal <= 0.
+    /// All points behind a plane: those with (x - point) . normal <= 0. Its face, as part of a composite shape, is `plane`.
     HalfSpace {
         /// A point of the plane \[m\].
         point: Vec<f64>,
@@ -85,6 +86,8 @@ enum FaceKind {
     Ball { center: Vec<f64>, radius: f64 },
     /// Segment from a to b with outward normal to the right of a -> b.
     Segment { a: Vec<f64>, b: Vec<f64> },
+    /// Plane: a point of it and the outward unit normal.
+    Plane { point: Vec<f64>, normal: Vec<f64> },
     /// Face of a part of a composite shape: points that are not on the surface of the whole are left out.
     Part { face: Box<FaceKind>, whole: Shape, inverted: bool },
 }
@@ -158,11 +161,22 @@ impl Shape {
             Self::Union(parts) => {
                 parts.iter().map(|p| p.bounds(dimension)).fold(none, |(lo, hi), (l, h)| (zip(&lo, &l, f64::min), zip(&hi, &h, f64::max)))
             }
+            Self::Intersection(_)
+                if dimension == 3
+                    && let Some([low, high]) = self.bounds_of_polyhedron() =>
+            {
+                (low.to_vec(), high.to_vec())
+            }
             Self::Intersection(parts) => {
                 parts.iter().map(|p| p.bounds(dimension)).fold(all, |(lo, hi), (l, h)| (zip(&lo, &l, f64::max), zip(&hi, &h, f64::min)))
             }
             Self::Difference(parts) => parts.first().map_or(none, |p| p.bounds(dimension)),
         }
+    }
+
+    /// Of boxes and half-spaces in space that intersect: planes askew bound it, too. `None` where it has no end.
+    fn bounds_of_polyhedron(&self) -> Option<[[f64; 3]; 2]> {
+        Some(Polyhedron::new(half_spaces(self)?)?.bounds())
     }
 
     /// The named faces of the region, for tractions.
@@ -196,8 +210,11 @@ impl Shape {
                     })
                     .collect()
             }
-            // A plane has no end; its face is what the rest of a composite shape leaves of it, which needs a bounded part.
-            Self::HalfSpace { .. } => Vec::new(),
+            // A plane has no end; its face is what the rest of a composite shape leaves of it.
+            Self::HalfSpace { point, normal } => {
+                let length = norm(normal);
+                vec![face("plane".into(), FaceKind::Plane { point: point.clone(), normal: normal.iter().map(|n| n / length).collect() })]
+            }
             Self::Union(parts) | Self::Intersection(parts) | Self::Difference(parts) => {
                 let subtracts = matches!(self, Self::Difference(_));
                 parts
@@ -218,14 +235,15 @@ impl Shape {
 
 impl Face {
     /// Points that cover the face, about `spacing` \[m, one an axis\] apart, each with its exact share of the area (of a sphere: by
-    /// equal angles, exact in sum).
+    /// equal angles, exact in sum). None of a plane that is not part of a bounded shape.
     pub fn points(&self, spacing: &[f64]) -> Vec<FacePoint> {
-        self.kind.points(spacing)
+        self.kind.points(spacing, None)
     }
 }
 
 impl FaceKind {
-    fn points(&self, spacings: &[f64]) -> Vec<FacePoint> {
+    /// `room` are the lower and upper corner of the shape that it is a face of.
+    fn points(&self, spacings: &[f64], room: Option<&(Vec<f64>, Vec<f64>)>) -> Vec<FacePoint> {
         let spacing = spacings.iter().copied().fold(f64::INFINITY, f64::min);
         match self {
             Self::Side { min, max, axis, upper } => side_points(min, max, *axis, *upper, spacings),
@@ -254,8 +272,9 @@ impl FaceKind {
                     })
                     .collect()
             }
+            Self::Plane { point, normal } => room.map_or_else(Vec::new, |room| plane_points(point, normal, room, spacing)),
             Self::Part { face, whole, inverted } => face
-                .points(spacings)
+                .points(spacings, room.or(bounded(whole, spacings.len()).as_ref()))
                 .into_iter()
                 .map(|p| if *inverted { FacePoint { area: p.area.iter().map(|v| -v).collect(), ..p } } else { p })
                 .filter(|p| {
@@ -266,6 +285,43 @@ impl FaceKind {
                 .collect(),
         }
     }
+}
+
+/// The bounds of a shape, if it has an end.
+fn bounded(shape: &Shape, dimension: usize) -> Option<(Vec<f64>, Vec<f64>)> {
+    Some(shape.bounds(dimension)).filter(|(low, high)| low.iter().chain(high).all(|x| x.is_finite()))
+}
+
+/// Points of a plane in rows and columns as far as a box reaches.
+fn plane_points(point: &[f64], normal: &[f64], (low, high): &(Vec<f64>, Vec<f64>), spacing: f64) -> Vec<FacePoint> {
+    let middle = zip(low, high, |l, h| 0.5 * (l + h));
+    let above: f64 = (0..normal.len()).map(|a| (middle[a] - point[a]) * normal[a]).sum();
+    let foot = zip(&middle, normal, |x, n| x - above * n);
+    let reach = 0.5 * distance(low, high);
+    // directions in the plane
+    let directions: Vec<Vec<f64>> = match normal {
+        [x, y] => vec![vec![-y, *x]],
+        [x, y, z] => {
+            // across the axis that is farthest from the normal
+            let most = [x, y, z].iter().map(|n| n.abs()).fold(f64::INFINITY, f64::min);
+            let axis = [x, y, z].iter().position(|n| n.abs() == most).unwrap_or(0);
+            let mut u: Vec<f64> = (0..3).map(|a| f64::from(u8::from(a == axis)) - normal[axis] * normal[a]).collect();
+            let length = norm(&u);
+            u.iter_mut().for_each(|v| *v /= length);
+            let v = vec![y * u[2] - z * u[1], z * u[0] - x * u[2], x * u[1] - y * u[0]];
+            vec![u, v]
+        }
+        _ => Vec::new(),
+    };
+    let n = ((2.0 * reach / spacing).ceil() as usize).clamp(1, 1000);
+    let mut points = vec![foot];
+    for direction in &directions {
+        let along = |k: usize| reach * ((2 * k + 1) as f64 / n as f64 - 1.0);
+        let widen = |from: &Vec<f64>| (0..n).map(|k| zip(from, direction, |x, d| x + along(k) * d)).collect::<Vec<_>>();
+        points = points.iter().flat_map(widen).collect();
+    }
+    let share = (2.0 * reach / n as f64).powi(directions.len() as i32);
+    points.into_iter().map(|position| FacePoint { position, area: normal.iter().map(|n| share * n).collect() }).collect()
 }
 
 fn side_points(min: &[f64], max: &[f64], axis: usize, upper: bool, spacing: &[f64]) -> Vec<FacePoint> {

@@ -16,6 +16,8 @@ mod precondition;
 mod reference;
 #[cfg(test)]
 mod slivers;
+#[cfg(test)]
+mod slivers_in_space;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -106,7 +108,8 @@ impl Total {
             let places = body.particles.clone().map(|p| model.reference(p as u32));
             let mut reference = Reference::new(&body.axes, body.map.as_ref(), start, places);
             if let Some(cut) = body.fit.cut() {
-                reference = reference.cut(&state.particles.volume[body.particles.clone()], cut.edge(), extends(model));
+                let edge = cut.points().iter().map(|point| point.position);
+                reference = reference.cut(&state.particles.volume[body.particles.clone()], edge, extends(model));
             }
             let own = hold(&reference, model, number);
             start += reference.len();

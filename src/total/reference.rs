@@ -5,7 +5,6 @@ use crate::basis::Axis;
 use crate::basis::{BATCH, Batch, Places, Stencils, Third};
 use crate::implicit::Matrix;
 use crate::model::Quadrilateral;
-use crate::quadrature::EdgePoint;
 
 /// Most functions along an axis that are not zero in a cell.
 pub(super) const MOST: usize = 6;
@@ -120,8 +119,8 @@ impl Reference {
         Self { axes: axes.to_vec(), counts, start, lines, line_of, map: map.cloned(), turns, ties: None }
     }
 
-    /// Of a body with this edge; `volumes` are those of the particles. Where `extends` is false no function follows others.
-    pub(super) fn cut(mut self, volumes: &[f64], edge: &[EdgePoint], extends: bool) -> Self {
+    /// Of a body with these points of its edge; `volumes` are those of the particles. Where `extends` is false no function follows others.
+    pub(super) fn cut(mut self, volumes: &[f64], edge: impl Iterator<Item = [f64; 3]>, extends: bool) -> Self {
         self.ties = Some(Ties::new(&self, volumes, edge, extends));
         self
     }
@@ -171,15 +170,22 @@ impl Reference {
         }
     }
 
+    /// Functions along each axis that are not zero in a cell.
+    pub(super) fn widths(&self) -> [usize; 3] {
+        std::array::from_fn(|a| self.axes.get(a).map_or(1, Axis::width))
+    }
+
+    /// Numbers of the functions of a cell, given its first one along each axis: ascending.
+    pub(super) fn functions(&self, [i, j, k]: [usize; 3]) -> impl Iterator<Item = usize> + use<> {
+        let ([u, v, w], [_, ny, nz]) = (self.widths(), self.counts);
+        (i..i + u).flat_map(move |i| (j..j + v).flat_map(move |j| (k..k + w).map(move |k| (i * ny + j) * nz + k)))
+    }
+
     /// The nodes that are coupled in the cells of the body, cell by cell, ascending.
     pub(super) fn cells(&self) -> Vec<Vec<u32>> {
         if let Some(ties) = &self.ties {
-            let width = self.axes[0].width();
-            let of = |[i, j, _]: &[usize; 3]| {
-                let nodes = (*i..i + width).flat_map(|i| (*j..j + width).map(move |j| (i * self.counts[1] + j) as u32));
-                ties.ends(nodes).into_iter().map(|node| self.start as u32 + node).collect()
-            };
-            return ties.cells().iter().map(of).collect();
+            let ends = |cell: &[usize; 3]| ties.ends(self.functions(*cell).map(|node| node as u32));
+            return ties.cells().iter().map(|cell| ends(cell).into_iter().map(|node| self.start as u32 + node).collect()).collect();
         }
         let mut known = std::collections::HashSet::new();
         let mut cells = Vec::new();

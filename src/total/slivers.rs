@@ -41,13 +41,13 @@ fn everywhere() -> impl Iterator<Item = ([f64; 2], f64)> {
 }
 
 /// Largest over smallest eigenvalue once the diagonal is made 1: the size of a function is a matter of taste.
-fn condition(matrix: &DMatrix<f64>) -> f64 {
+pub(super) fn condition(matrix: &DMatrix<f64>) -> f64 {
     let d = matrix.diagonal().map(|v| 1.0 / v.sqrt());
     let values = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)] * d[i] * d[j]).symmetric_eigenvalues();
     values.max() / values.min()
 }
 
-fn total(scene: &Scene) -> (Total, Model, crate::state::State) {
+pub(super) fn total(scene: &Scene) -> (Total, Model, crate::state::State) {
     let (model, mut state) = Model::new(scene).unwrap();
     let mut total = Total::new(&model, &state);
     total.start(&model, &mut state);
@@ -69,10 +69,9 @@ struct Figures {
     lumped: f64,
 }
 
-fn figures(place: [f64; 2], angle: f64, degree: usize) -> Figures {
-    let mut scene = rectangle(place, angle, degree, "linear_elastic", "integrator = \"quasi_static\"");
-    scene.load.clear();
-    let (mut grid, model, state) = total(&scene);
+/// Mass, and stiffness at rest, of a scene without loads in which a face is held; the share of the penalty from which on the latter is positive.
+pub(super) fn matrices(scene: &Scene) -> (DMatrix<f64>, DMatrix<f64>, f64) {
+    let (mut grid, model, state) = total(scene);
     let body = &grid.bodies[0];
     let own: Vec<usize> = (0..body.reference.len()).filter(|i| body.reference.is_own(*i)).collect();
     let mass = DMatrix::from_fn(own.len(), own.len(), |i, j| body.mass.entry(own[i], own[j]));
@@ -100,6 +99,13 @@ fn figures(place: [f64; 2], angle: f64, degree: usize) -> Figures {
         let part = &full + (&double - &full) * (middle - 1.0);
         if part.cholesky().is_some() { high = middle } else { low = middle }
     }
+    (mass, full, high)
+}
+
+fn figures(place: [f64; 2], angle: f64, degree: usize) -> Figures {
+    let mut scene = rectangle(place, angle, degree, "linear_elastic", "integrator = \"quasi_static\"");
+    scene.load.clear();
+    let (mass, full, high) = matrices(&scene);
     let stable = |method: &str, held: bool| {
         let mut scene = rectangle(place, angle, degree, "linear_elastic", method);
         if !held {
@@ -201,42 +207,48 @@ fn resultants_at_cut_edges_are_exact() {
     assert!(found.iter().all(|f| f.abs() < 1e-12));
 }
 
+/// Largest difference between the stiffness times a direction and that of the residuals along it, and the largest entry of the former.
+pub(super) fn tangent_error(scene: &Scene) -> [f64; 2] {
+    let (model, state) = Model::new(scene).unwrap();
+    let seed = &mut 5;
+    let (mut total, mut state) = prepare(&model, state, seed);
+    let n = total.acceleration.len();
+    total.spread(&mut state.nodes.displacement);
+    total.spread(&mut state.nodes.velocity);
+    total.spread(&mut state.nodes.acceleration);
+    let (mut at, mut direction) = (field(n, model.dimension, 0.002, seed), field(n, model.dimension, 1.0, seed));
+    for field in [&mut at, &mut direction] {
+        (0..n).filter(|i| !total.bodies[0].reference.is_own(*i)).for_each(|i| field[i] = [0.0; 3]);
+        total.spread(field);
+    }
+    let mut matrix = total.pattern(&model);
+    let scheme = model.implicit.unwrap();
+    let mut step = Step::new(&mut total, &model, &state, scheme, 0.02, &mut matrix);
+    let h = 1e-6;
+    let mut forces = |by: f64| {
+        let moved: Vec<[f64; 3]> = at.iter().zip(&direction).map(|(u, d)| std::array::from_fn(|a| u[a] + by * d[a])).collect();
+        step.residual(&moved).ok().unwrap().forces
+    };
+    let (plus, minus) = (forces(h), forces(-h));
+    step.stiffen(&at).ok().unwrap();
+    let x: Vec<f64> = matrix.components().map(|(node, a)| direction[node][a]).collect();
+    let y = matrix.multiply(&x);
+    let (mut error, mut size) = (0.0f64, 0.0f64);
+    for ((node, a), y) in matrix.components().zip(y) {
+        let difference = (minus[node][a] - plus[node][a]) / (2.0 * h);
+        error = error.max((difference - y).abs());
+        size = size.max(y.abs());
+    }
+    [error, size]
+}
+
 /// Residuals of held faces and loads at cut edges against differences.
 #[test]
 fn tangents_of_cut_bodies_are_derivatives() {
     for law in ["linear_elastic", "neo_hookean", "hencky"] {
         for integrator in ["quasi_static", "newmark", "generalized_alpha"] {
             let scene = rectangle([0.03, 0.07], 0.4, 2, law, &format!("integrator = \"{integrator}\""));
-            let (model, state) = Model::new(&scene).unwrap();
-            let seed = &mut 5;
-            let (mut total, mut state) = prepare(&model, state, seed);
-            let n = total.acceleration.len();
-            total.spread(&mut state.nodes.displacement);
-            total.spread(&mut state.nodes.velocity);
-            total.spread(&mut state.nodes.acceleration);
-            let (mut at, mut direction) = (field(n, 2, 0.002, seed), field(n, 2, 1.0, seed));
-            for field in [&mut at, &mut direction] {
-                (0..n).filter(|i| !total.bodies[0].reference.is_own(*i)).for_each(|i| field[i] = [0.0; 3]);
-                total.spread(field);
-            }
-            let mut matrix = total.pattern(&model);
-            let scheme = model.implicit.unwrap();
-            let mut step = Step::new(&mut total, &model, &state, scheme, 0.02, &mut matrix);
-            let h = 1e-6;
-            let mut forces = |by: f64| {
-                let moved: Vec<[f64; 3]> = at.iter().zip(&direction).map(|(u, d)| std::array::from_fn(|a| u[a] + by * d[a])).collect();
-                step.residual(&moved).ok().unwrap().forces
-            };
-            let (plus, minus) = (forces(h), forces(-h));
-            step.stiffen(&at).ok().unwrap();
-            let x: Vec<f64> = matrix.components().map(|(node, a)| direction[node][a]).collect();
-            let y = matrix.multiply(&x);
-            let (mut error, mut size) = (0.0f64, 0.0f64);
-            for ((node, a), y) in matrix.components().zip(y) {
-                let difference = (minus[node][a] - plus[node][a]) / (2.0 * h);
-                error = error.max((difference - y).abs());
-                size = size.max(y.abs());
-            }
+            let [error, size] = tangent_error(&scene);
             println!("{law} {integrator}: {:e}", error / size);
             // differences leave some 1e-9; the change of the moduli at the held face, left out, is of the displacement beside it (0.01)
             let limit = if law == "linear_elastic" { 1e-7 } else { 1e-2 };

@@ -17,7 +17,7 @@ use super::reference::{Point, Reference, Vectors};
 use crate::component::StepError;
 use crate::implicit::Matrix;
 use crate::material::point::{Plane, Start, Tangent, Trouble, identity};
-use crate::model::{Boundary, Cut, Model};
+use crate::model::{Boundary, Cut, CutPoint, Model};
 use crate::quadrature::gauss_legendre;
 use crate::state::State;
 
@@ -70,10 +70,10 @@ impl Travel {
 struct Piece {
     at: Point,
     /// Outward at time 0.
-    normal: [f64; 2],
-    /// \[m\]
-    length: f64,
-    position: [f64; 2],
+    normal: [f64; 3],
+    /// \[m2\], in a plane \[m\].
+    area: f64,
+    position: [f64; 3],
 }
 
 /// A held face.
@@ -88,22 +88,20 @@ pub(super) struct Surface {
 }
 
 /// What a piece answers to its displacement.
-struct Answer {
+struct Answer<const D: usize> {
     /// Force of the boundary on the body \[Pa\].
-    traction: [f64; 2],
+    traction: [f64; D],
     /// What slopes of functions get \[Pa m\].
-    back: Plane<2>,
-    moduli: Tangent<2>,
+    back: Plane<D>,
+    moduli: Tangent<D>,
 }
 
 impl Surface {
     pub(super) fn new(model: &Model, boundary: usize, body: usize, cut: &Cut, face: &str, reference: &Reference) -> Self {
         let held = &model.boundaries[boundary];
-        let piece = |point: crate::scene::FacePoint| {
-            let [x, y, ..] = point.position[..] else { return None };
-            let [u, v, ..] = point.area[..] else { return None };
-            let length = u.hypot(v);
-            Some(Piece { at: reference.point([x, y, 0.0]), normal: [u / length, v / length], length, position: [x, y] })
+        let piece = |point: &CutPoint| {
+            let area = point.area.iter().map(|a| a * a).sum::<f64>().sqrt();
+            Piece { at: reference.point(point.position), normal: point.area.map(|a| a / area), area, position: point.position }
         };
         let axes = &reference.axes;
         let functions = axes[0].width() as f64;
@@ -111,9 +109,9 @@ impl Surface {
         Self {
             boundary,
             body,
-            travels: (0..2).filter(|&axis| held.holds_axis(axis)).map(|axis| Travel::new(held, axis, model.end)).collect(),
+            travels: (0..model.dimension).filter(|&axis| held.holds_axis(axis)).map(|axis| Travel::new(held, axis, model.end)).collect(),
             penalty: PENALTY * functions * functions * modulus / crate::basis::Axis::smallest_cell(axes),
-            pieces: cut.face(face).into_iter().filter_map(piece).collect(),
+            pieces: cut.face(face).map(piece).collect(),
         }
     }
 
@@ -128,32 +126,32 @@ impl Surface {
         at
     }
 
-    fn answer(
+    fn answer<const D: usize>(
         &self,
         piece: &Piece,
         model: &Model,
         goal: &[f64; 3],
         reference: &Reference,
         displacement: &[[f64; 3]],
-    ) -> Result<Answer, Trouble> {
+    ) -> Result<Answer<D>, Trouble> {
         let material = &model.bodies[self.body].material;
-        let (mut new, mut place) = (identity::<2>(), [0.0; 2]);
+        let (mut new, mut place) = (identity::<D>(), [0.0; D]);
         reference.each_slowly(&piece.at, |node, weight, slope| {
-            for i in 0..2 {
+            for i in 0..D {
                 place[i] += weight * displacement[node][i];
-                (0..2).for_each(|k| new[i][k] += displacement[node][i] * slope[k]);
+                (0..D).for_each(|k| new[i][k] += displacement[node][i] * slope[k]);
             }
         });
         let start = Start { deformation: identity(), history: Default::default(), lateral: 1.0 };
         let answer = material.answer(model.embedding, &start, &new)?;
         let moduli = material.tangent(model.embedding, &start, &new, &answer)?;
-        let (mut traction, mut back) = ([0.0; 2], [[0.0; 2]; 2]);
+        let (mut traction, mut back) = ([0.0; D], [[0.0; D]; D]);
         for i in self.travels.iter().map(|travel| travel.axis) {
             let miss = place[i] - goal[i];
-            traction[i] = answer.stress[i][0] * piece.normal[0] + answer.stress[i][1] * piece.normal[1] - self.penalty * miss;
-            for (j, normal) in piece.normal.iter().enumerate() {
-                for k in 0..2 {
-                    (0..2).for_each(|l| back[k][l] += miss * normal * moduli[i][j][k][l]);
+            traction[i] = (0..D).map(|j| answer.stress[i][j] * piece.normal[j]).sum::<f64>() - self.penalty * miss;
+            for j in 0..D {
+                for k in 0..D {
+                    (0..D).for_each(|l| back[k][l] += miss * piece.normal[j] * moduli[i][j][k][l]);
                 }
             }
         }
@@ -161,7 +159,7 @@ impl Surface {
     }
 
     /// Adds the forces on the nodes at a time and displacement; their sum is that of the boundary on the body \[N\].
-    fn pull(
+    fn pull<const D: usize>(
         &self,
         model: &Model,
         reference: &Reference,
@@ -172,12 +170,12 @@ impl Surface {
         let goal = self.travel(model, time);
         let mut sum = [0.0; 3];
         for (number, piece) in self.pieces.iter().enumerate() {
-            let answer = self.answer(piece, model, &goal, reference, displacement).map_err(|why| (number, why))?;
-            (0..2).for_each(|i| sum[i] += piece.length * answer.traction[i]);
+            let answer = self.answer::<D>(piece, model, &goal, reference, displacement).map_err(|why| (number, why))?;
+            (0..D).for_each(|i| sum[i] += piece.area * answer.traction[i]);
             reference.each_slowly(&piece.at, |node, weight, slope| {
-                for i in 0..2 {
-                    let turned = answer.back[i][0] * slope[0] + answer.back[i][1] * slope[1];
-                    force[node][i] += piece.length * (weight * answer.traction[i] + turned);
+                for i in 0..D {
+                    let turned: f64 = (0..D).map(|k| answer.back[i][k] * slope[k]).sum();
+                    force[node][i] += piece.area * (weight * answer.traction[i] + turned);
                 }
             });
         }
@@ -186,7 +184,7 @@ impl Surface {
 
     /// Adds this share of minus the derivative of the forces by the displacement \[N/m\], but for the change of the moduli: that is times
     /// u - g, which is next to nothing when Newton's method is near its end.
-    fn add_stiffness(
+    fn add_stiffness<const D: usize>(
         &self,
         model: &Model,
         reference: &Reference,
@@ -196,39 +194,46 @@ impl Surface {
         matrix: &mut Matrix,
     ) -> Result<(), (usize, Trouble)> {
         let goal = self.travel(model, time);
-        let held = [0, 1].map(|axis| if self.holds_axis(axis) { 1.0 } else { 0.0 });
-        let (mut nodes, mut functions, mut block) = (Vec::new(), Vec::new(), Vec::new());
+        let held: [f64; D] = std::array::from_fn(|axis| if self.holds_axis(axis) { 1.0 } else { 0.0 });
+        let mut functions: Vec<(f64, Plane<D>)> = Vec::new();
+        // pieces of the same cell share their nodes: their shares are summed in a dense block first
+        let (mut nodes, mut block) = (Vec::new(), Vec::new());
+        let mut cell = None;
         for (number, piece) in self.pieces.iter().enumerate() {
-            let Answer { moduli, .. } = self.answer(piece, model, &goal, reference, displacement).map_err(|why| (number, why))?;
-            nodes.clear();
+            let Answer { moduli, .. } = self.answer::<D>(piece, model, &goal, reference, displacement).map_err(|why| (number, why))?;
+            if cell != Some(piece.at.cell()) {
+                if cell.is_some() {
+                    reference.add(matrix, &nodes, D, &block);
+                }
+                cell = Some(piece.at.cell());
+                nodes.clear();
+                reference.each_slowly(&piece.at, |node, _, _| nodes.push(node as u32));
+                block.clear();
+                block.resize((D * nodes.len()).pow(2), 0.0);
+            }
             functions.clear();
-            reference.each_slowly(&piece.at, |node, weight, slope| {
-                nodes.push(node as u32);
+            reference.each_slowly(&piece.at, |_, weight, slope| {
                 // traction on a held component by a displacement of the function
-                let traction: Plane<2> = std::array::from_fn(|i| {
-                    std::array::from_fn(|k| {
-                        let by = |j: usize| piece.normal[j] * (moduli[i][j][k][0] * slope[0] + moduli[i][j][k][1] * slope[1]);
-                        held[i] * (by(0) + by(1))
-                    })
-                });
-                functions.push((weight, traction));
+                let along = |i: usize, j: usize, k: usize| (0..D).map(|l| moduli[i][j][k][l] * slope[l]).sum::<f64>();
+                let traction = |i: usize, k: usize| held[i] * (0..D).map(|j| piece.normal[j] * along(i, j, k)).sum::<f64>();
+                functions.push((weight, std::array::from_fn(|i| std::array::from_fn(|k| traction(i, k)))));
             });
-            let rows = 2 * nodes.len();
-            block.clear();
-            block.resize(rows * rows, 0.0);
-            let factor = share * piece.length;
+            let rows = D * nodes.len();
+            let factor = share * piece.area;
             for (b, (weight_b, traction_b)) in functions.iter().enumerate() {
-                for k in 0..2 {
-                    let column = &mut block[(2 * b + k) * rows..][..rows];
+                for k in 0..D {
+                    let column = &mut block[(D * b + k) * rows..][..rows];
                     for (a, (weight_a, traction_a)) in functions.iter().enumerate() {
-                        for i in 0..2 {
+                        for i in 0..D {
                             let spring = if i == k { self.penalty * held[i] * weight_a * weight_b } else { 0.0 };
-                            column[2 * a + i] += factor * (spring - weight_a * traction_b[i][k] - weight_b * traction_a[k][i]);
+                            column[D * a + i] += factor * (spring - weight_a * traction_b[i][k] - weight_b * traction_a[k][i]);
                         }
                     }
                 }
             }
-            reference.add(matrix, &nodes, 2, &block);
+        }
+        if cell.is_some() {
+            reference.add(matrix, &nodes, D, &block);
         }
         Ok(())
     }
@@ -247,7 +252,8 @@ impl Total {
         let mut pulls = vec![[0.0; 3]; model.boundaries.len()];
         for surface in &self.surfaces {
             let reference = &self.bodies[surface.body].reference;
-            let own = surface.pull(model, reference, time, displacement, force);
+            let pull = if model.dimension == 3 { Surface::pull::<3> } else { Surface::pull::<2> };
+            let own = pull(surface, model, reference, time, displacement, force);
             let own = own.map_err(|(piece, why)| self.explain_piece(model, state, time, surface, piece, why))?;
             (0..3).for_each(|a| pulls[surface.boundary][a] += own[a]);
         }
@@ -265,7 +271,8 @@ impl Total {
         matrix: &mut Matrix,
     ) -> Result<(), StepError> {
         for surface in &self.surfaces {
-            let added = surface.add_stiffness(model, &self.bodies[surface.body].reference, time, displacement, share, matrix);
+            let add = if model.dimension == 3 { Surface::add_stiffness::<3> } else { Surface::add_stiffness::<2> };
+            let added = add(surface, model, &self.bodies[surface.body].reference, time, displacement, share, matrix);
             added.map_err(|(piece, why)| self.explain_piece(model, state, time, surface, piece, why))?;
         }
         Ok(())
@@ -291,7 +298,7 @@ impl Total {
         let at = surface.pieces[piece].position;
         let far = |p: usize| {
             let place: [f64; 3] = model.reference(p as u32);
-            (place[0] - at[0]).hypot(place[1] - at[1])
+            (0..3).map(|a| (place[a] - at[a]).powi(2)).sum::<f64>()
         };
         let particle = model.bodies[surface.body].particles.clone().min_by(|p, q| far(*p).total_cmp(&far(*q))).unwrap_or_default();
         self.explain(model, state, time, &super::Trouble { particle, why })

@@ -6,7 +6,6 @@
 use super::reference::Reference;
 use crate::basis::Extension;
 use crate::implicit::Matrix;
-use crate::quadrature::EdgePoint;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A function is stable where it has a cell in its support of which at least this much is in the body. Where no such cells are near, those
@@ -40,11 +39,13 @@ pub(super) struct Ties {
     cells: Vec<[usize; 3]>,
     /// Functions with support in the body that found none to follow.
     alone: usize,
+    in_space: bool,
 }
 
 impl Ties {
-    /// `volumes` are those of the particles \[m2\]. Where `extends` is false all functions stand for themselves.
-    pub(super) fn new(reference: &Reference, volumes: &[f64], edge: &[EdgePoint], extends: bool) -> Self {
+    /// `volumes` are those of the particles \[m2, m3\], `edge` the points of the edge or surface \[m\]. Where `extends` is false all functions
+    /// stand for themselves.
+    pub(super) fn new(reference: &Reference, volumes: &[f64], edge: impl Iterator<Item = [f64; 3]>, extends: bool) -> Self {
         let axes = &reference.axes;
         let whole: f64 = axes.iter().map(crate::basis::Axis::cell_size).product();
         let mut shares = BTreeMap::<[usize; 3], f64>::new();
@@ -52,14 +53,16 @@ impl Ties {
             *shares.entry(reference.particle(p).cell()).or_default() += volume / whole;
         }
         for point in edge {
-            for side in [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]] {
-                let place = [0, 1].map(|a| point.position[a] + side[a] * ROUND_OFF * axes[a].cell_size());
-                shares.entry(reference.point([place[0], place[1], 0.0]).cell()).or_default();
+            // all sides that it may be on
+            for sides in 0..1 << axes.len() {
+                let side = |a: usize| if sides >> a & 1 == 1 { ROUND_OFF } else { -ROUND_OFF };
+                let mut place = point;
+                (0..axes.len()).for_each(|a| place[a] += side(a) * axes[a].cell_size());
+                shares.entry(reference.point(place).cell()).or_default();
             }
         }
         let cells: Vec<[usize; 3]> = shares.keys().copied().collect();
-        let (width, rows) = (axes[0].width(), reference.counts[1]);
-        let functions = |[i, j, _]: [usize; 3]| (0..width).flat_map(move |a| (0..width).map(move |b| (i + a) * rows + j + b));
+        let functions = |cell: [usize; 3]| reference.functions(cell);
         let mut best = BTreeMap::<usize, f64>::new();
         for (cell, share) in &shares {
             for node in functions(*cell) {
@@ -71,11 +74,13 @@ impl Ties {
         let mut follow = Vec::new();
         if extends {
             // a cell more all around: points on the edge, and those that are watched near it, may fall there
-            let beside = |[i, j, k]: [usize; 3]| {
-                (i.saturating_sub(1)..=i + 1).flat_map(move |i| (j.saturating_sub(1)..=j + 1).map(move |j| [i, j, k]))
-            };
-            let inside = |cell: &[usize; 3]| (0..2).all(|a| cell[a] + width <= reference.counts[a]);
-            let mut open: BTreeSet<usize> = cells.iter().flat_map(|cell| beside(*cell)).filter(inside).flat_map(functions).collect();
+            let widths = reference.widths();
+            let near = |cell: [usize; 3], a: usize| if widths[a] > 1 { cell[a].saturating_sub(1)..=cell[a] + 1 } else { cell[a]..=cell[a] };
+            let beside =
+                |cell: [usize; 3]| near(cell, 0).flat_map(move |i| near(cell, 1).flat_map(move |j| near(cell, 2).map(move |k| [i, j, k])));
+            let inside = |cell: &[usize; 3]| (0..3).all(|a| cell[a] + widths[a] <= reference.counts[a]);
+            let all: BTreeSet<[usize; 3]> = cells.iter().flat_map(|cell| beside(*cell)).filter(inside).collect();
+            let mut open: BTreeSet<usize> = all.into_iter().flat_map(functions).collect();
             let extension = Extension::new(axes);
             for share in SHARES {
                 open.retain(|&node| {
@@ -85,19 +90,15 @@ impl Ties {
                     }
                     !stable
                 });
-                let counts = [0, 1].map(|a| reference.counts[a] as i32);
-                let is_stable = |[i, j, _]: [i32; 3]| {
-                    (0..counts[0]).contains(&i) && (0..counts[1]).contains(&j) && roles[i as usize * rows + j as usize] == Role::Own
-                };
-                let found: Vec<_> = open
-                    .iter()
-                    .filter_map(|&node| Some((node, extension.of([(node / rows) as i32, (node % rows) as i32, 0], is_stable)?)))
-                    .collect();
+                let counts = reference.counts;
+                let number = |[i, j, k]: [i32; 3]| (i as usize * counts[1] + j as usize) * counts[2] + k as usize;
+                let is_stable =
+                    |node: [i32; 3]| (0..3).all(|a| (0..counts[a] as i32).contains(&node[a])) && roles[number(node)] == Role::Own;
+                let found: Vec<_> = open.iter().filter_map(|&node| Some((node, extension.of(reference.index(node), is_stable)?))).collect();
                 for (node, masters) in found {
                     open.remove(&node);
                     roles[node] = Role::Follows(follow.len() as u32);
-                    let number = |[i, j, _]: [i32; 3]| (i as usize * rows + j as usize) as u32;
-                    follow.push((node as u32, masters.into_iter().map(|(master, weight)| (number(master), weight)).collect()));
+                    follow.push((node as u32, masters.into_iter().map(|(master, weight)| (number(master) as u32, weight)).collect()));
                 }
             }
         }
@@ -108,7 +109,7 @@ impl Ties {
                 alone += 1;
             }
         }
-        Self { roles, follow, cells, alone: if extends { alone } else { 0 } }
+        Self { roles, follow, cells, alone: if extends { alone } else { 0 }, in_space: axes.len() == 3 }
     }
 
     /// Functions with support in the body that found none to follow.
@@ -119,7 +120,8 @@ impl Ties {
     /// In words.
     pub(super) fn describe(&self) -> String {
         let own = self.roles.iter().filter(|role| **role == Role::Own).count();
-        let mut text = format!("cells of the scene, cut by its edge: {own} functions");
+        let edge = if self.in_space { "surface" } else { "edge" };
+        let mut text = format!("cells of the scene, cut by its {edge}: {own} functions");
         if !self.follow.is_empty() {
             text += &format!(", {} more follow them (extended B-splines)", self.follow.len());
         }

@@ -131,7 +131,7 @@ impl Check<'_> {
         let names: Vec<&str> = faces.iter().map(|face| face.name.as_str()).collect();
         let path = format!("{path}.face");
         if names.is_empty() {
-            self.fault(&path, format!("body `{body}` has no faces: the plane of a half_space has no end, and so no face"));
+            self.fault(&path, format!("body `{body}` has no faces"));
         } else {
             self.require(names.contains(&face), &path, || format!("body `{body}` has no face `{face}`{}", hint(face, &names)));
         }

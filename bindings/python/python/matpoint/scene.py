@@ -152,7 +152,8 @@ class ShapePolygon(TypedDict, total=False):
 
 
 class HalfSpace(TypedDict, total=False):
-    """All points behind a plane: those with (x - point) . normal <= 0."""
+    """All points behind a plane: those with (x - point) . normal <= 0. Its face, as part of a composite shape,
+    is `plane`."""
 
     point: Required[Numbers]
     """A point of the plane [m]."""
@@ -161,7 +162,8 @@ class HalfSpace(TypedDict, total=False):
 
 
 class ShapeHalfSpace(TypedDict, total=False):
-    """All points behind a plane: those with (x - point) . normal <= 0."""
+    """All points behind a plane: those with (x - point) . normal <= 0. Its face, as part of a composite shape,
+    is `plane`."""
 
     half_space: Required["HalfSpace"]
 
@@ -210,10 +212,10 @@ class Boundary(TypedDict, total=False):
     region: Union["Shape", None]
     """A region: every node (for B-splines: every Greville point) in it is held."""
     surface: Union["Surface", None]
-    """A face of a body, wherever it lies in the grid: what sticks to a wall. In dimension 2, for formulation =
-    "total" and for quadrature = "splines". In "total", where the face cuts cells it is held by Nitsche's
-    method: for laws with a stored energy, without `mean_dilatation`; the work of its forces is not counted as
-    stored energy."""
+    """A face of a body, wherever it lies in the grid: what sticks to a wall. For formulation = "total" in
+    dimension 2 and 3, and for quadrature = "splines" in dimension 2. In "total", where the face cuts cells it
+    is held by Nitsche's method: for laws with a stored energy, without `mean_dilatation`; the work of its
+    forces is not counted as stored energy."""
     fixed: Sequence["Axis"]
     """Axes along which the velocity is zero."""
     velocity: Mapping["Axis", "Expr"]
@@ -302,8 +304,8 @@ class Traction(TypedDict, total=False):
     """Name of the body."""
     face: Required[str]
     """Name of the face: `x-` ... `z+` of a box, `outer` of a disk or sphere, `inner` or `outer` of a ring,
-    `edge1` ... of a polygon; in a union, difference or intersection with the number of the part before it, as
-    in `2/x+`."""
+    `edge1` ... of a polygon, `plane` of a half-space; in a union, difference or intersection with the number
+    of the part before it, as in `2/x+`."""
     value: Required["Signal"]
     """Force an undeformed area [Pa]; its formulas may use x, y, z (position at time 0) and t."""
 
@@ -420,13 +422,13 @@ Formulation = Literal["updated", "total"]
 grid, which forgets after each step. Bodies may touch, and deform without bounds. `total`: That of time 0:
 each body has a grid of its own that deforms with it, so that shape functions are computed once. For bodies
 that do not touch: far more accurate, and cheaper. The grid is fitted to boxes and convex polygons of four
-corners. In dimension 2 the edge of disks, rings, other polygons, and differences whose holes are wholly
-inside and apart, cuts cells of the grid of the scene: particles are the points of a quadrature of what is
-inside, functions with little of the body follow others (extended B-splines), and the order is that of a
-fitted grid, wherever the body lies. Such bodies are held by `boundary.NAME.surface`: regions hold functions,
-of which none is alone at an edge. With lumped mass no function follows another: from degree 2 on the stable
-step does not suffer, but order is lost. Any other shape has the grid of the box around it, and its edge is
-known to a particle only."""
+corners. The edge of disks, rings, other polygons, in dimension 3 the surface of spheres and of intersections
+of boxes and half-spaces, and those of differences of them whose holes are wholly inside and apart, cut cells
+of the grid of the scene: particles are the points of a quadrature of what is inside, functions with little of
+the body follow others (extended B-splines), and the order is that of a fitted grid, wherever the body lies.
+Such bodies are held by `boundary.NAME.surface`: regions hold functions, of which none is alone at an edge.
+With lumped mass no function follows another: from degree 2 on the stable step does not suffer, but order is
+lost. Any other shape has the grid of the box around it, and its edge is known to a particle only."""
 
 
 Basis = Literal["linear", "bspline", "lagrange", "serendipity", "cubic", "gimp"]
