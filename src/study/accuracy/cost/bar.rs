@@ -19,12 +19,12 @@ pub(in super::super) const T2: Race = Race {
     cells: "cells",
     end: END,
     forms: &[("", "")],
-    ours: &[(&UPDATED, [&[16, 32], &[8, 16, 32, 64]]), (&TOTAL, [&[16, 32], &[8, 16, 32, 64]])],
+    ours: &[(&UPDATED, [&[16, 32], &[8, 16, 32, 64]]), (&TOTAL, [&[16, 32], &[4, 8, 16, 32, 64]])],
     classical: [&[16, 32], &[8, 16, 32, 64, 128, 256, 512]],
     step: |cells| 4e-4 * (16.0 / cells as f64).powi(2),
     scene,
     errors,
-    required: &[Required { method: &UPDATED, at: Some((16, [5e-8, 2e-4])), orders: &[3.5, 3.0] }],
+    required: &[Required { method: &UPDATED, at: Some((16, [5e-8, 2e-4])), orders: &[3.5, 3.0], from: 16 }],
     shorter: None,
 };
 

@@ -17,12 +17,12 @@ pub(in super::super) const CUBE: Race = Race {
     cells: "cells",
     end: 0.5 * PI / C,
     forms: &[("", "")],
-    ours: &[(&TOTAL, [&[3, 6], &[3, 4, 6, 8]])],
-    classical: [&[4, 8], &[4, 8, 16, 32]],
+    ours: &[(&TOTAL, [&[3, 4], &[3, 4, 6, 8]])],
+    classical: [&[4, 8], &[4, 8, 16, 24]],
     step: |_| f64::NAN,
     scene,
     errors: known,
-    required: &[Required { method: &TOTAL, at: None, orders: &[3.0] }],
+    required: &[Required { method: &TOTAL, at: None, orders: &[3.0], from: 3 }],
     shorter: None,
 };
 

@@ -17,7 +17,9 @@ pub(in super::super) const B4: Race = Race {
     text: "u = A sin(pi X) sin(pi c t) on the unit interval, c = 10 m/s, with the body force that this takes in neo-Hookean rubber of 100 Pa, at \
            a quarter of a period, with 16 and 31 % strain. 4 particles a cell, at even distances or, where it says so, each moved by up to \
            40 % of their distance; those of the total formulation are Gauss points and cannot be moved, so that its runs are the same in both. \
-           Steps of the updated formulation are the time over the square of the number of cells; all else as in T2.",
+           Steps of the updated formulation are the time over the square of the number of cells; all else as in T2. The last table has the classical \
+           methods with a tenth of their step too: FLIP gains little or nothing and APIC less than the time that it takes, so that the default \
+           is the fairer one.",
     cells: "cells",
     end: END1,
     forms: &[
@@ -26,12 +28,12 @@ pub(in super::super) const B4: Race = Race {
         ("A = 0.1, even particles", "-010-even"),
         ("A = 0.1, jittered particles", "-010-jittered"),
     ],
-    ours: &[(&UPDATED, [&[8, 16, 32], &[8, 16, 32, 64]]), (&TOTAL, [&[8, 16, 32], &[8, 16, 32, 64]])],
+    ours: &[(&UPDATED, [&[8, 16, 32], &[8, 16, 32, 64]]), (&TOTAL, [&[8, 16, 32], &[4, 8, 16, 32, 64]])],
     classical: [&[8, 16, 32], &[8, 16, 32, 64, 128, 256, 512]],
     step: |cells| END1 / (cells * cells) as f64,
     scene: interval,
     errors: known,
-    required: &[Required { method: &UPDATED, at: None, orders: &[3.5, 3.0] }],
+    required: &[Required { method: &UPDATED, at: None, orders: &[3.5, 3.0], from: 8 }],
     shorter: Some([32, 256]),
 };
 
@@ -40,7 +42,7 @@ pub(in super::super) const B5: Race = Race {
     title: "manufactured solution in 2D: run time against error",
     heading: "B5, a manufactured solution in 2D",
     text: "The unit square with u_i = +-A sin(pi X_i) sin(pi c t), A = 0.05 m, c = 100 m/s, E = 1e4 Pa, nu = 0.3, no displacement normal to the \
-           faces; stress is its component xx. 4 particles a cell and axis; all else as in B4.",
+           faces; stress is its component xx. 4 particles a cell and axis, 2 of classical methods; all else as in B4.",
     cells: "cells",
     end: END2,
     forms: &[("", "")],
@@ -49,7 +51,7 @@ pub(in super::super) const B5: Race = Race {
     step: |cells| END2 / (cells * cells) as f64,
     scene: square,
     errors: known,
-    required: &[Required { method: &UPDATED, at: None, orders: &[3.5, 2.8] }],
+    required: &[Required { method: &UPDATED, at: None, orders: &[3.5, 2.8], from: 4 }],
     shorter: None,
 };
 

@@ -20,12 +20,12 @@ pub(in super::super) const B6: Race = Race {
     cells: "cells a metre",
     end: END6,
     forms: &[("", "")],
-    ours: &[(&UPDATED, [&[8, 12], &[8, 12, 16, 24]]), (&TOTAL, [&[8, 12], &[8, 12, 16, 24]])],
-    classical: [&[8, 16], &[8, 16, 32, 64, 128]],
+    ours: &[(&UPDATED, [&[8, 12], &[8, 12, 16, 24]]), (&TOTAL, [&[], &[8, 12]])],
+    classical: [&[8, 16], &[8, 16, 32, 48]],
     step: |cells| 8e-3 * (8.0 / cells as f64).powi(2),
     scene: vortex,
     errors: known,
-    required: &[Required { method: &UPDATED, at: None, orders: &[3.0, 2.0] }],
+    required: &[Required { method: &UPDATED, at: None, orders: &[3.0, 2.0], from: 8 }],
     shorter: None,
 };
 
@@ -40,12 +40,15 @@ pub(in super::super) const B7: Race = Race {
     cells: "cells a metre",
     end: END7,
     forms: &[("", "")],
-    ours: &[(&UPDATED, [&[16, 24], &[16, 24, 32, 48]]), (&TOTAL, [&[16, 24], &[16, 24, 32, 48]])],
-    classical: [&[16, 32], &[16, 32, 64, 128, 256]],
+    ours: &[(&UPDATED, [&[12, 16], &[12, 16, 24]]), (&TOTAL, [&[12, 16], &[8, 12, 16, 24]])],
+    classical: [&[16], &[8, 16, 32, 64]],
     step: |cells| END7 / (200.0 * (cells as f64 / 20.0).powi(2)).round(),
     scene: expanding,
     errors: known,
-    required: &[Required { method: &UPDATED, at: None, orders: &[3.0, 2.0] }, Required { method: &TOTAL, at: None, orders: &[3.0, 2.0] }],
+    required: &[
+        Required { method: &UPDATED, at: None, orders: &[3.0, 2.0], from: 12 },
+        Required { method: &TOTAL, at: None, orders: &[3.0, 2.0], from: 12 },
+    ],
     shorter: None,
 };
 
@@ -85,7 +88,7 @@ fn vortex(_: usize, method: &Method, cells: usize, time: &str) -> String {
         exact = {{ displacement = ["x*cos({a})-y*sin({a})-x", "x*sin({a})+y*cos({a})-y"], stress.xx = "{mu}*({k}^2*{d}^2-2*{k}*{c}*{d})", stress.xy = "{mu}*({k}*({c}^2-{d}^2)-{k}^2*{c}*{d})" }}
         "#,
         cell = 1.0 / cells as f64,
-        particles = particles(method, [3, 2]),
+        particles = particles(method, [3, 3]),
         method = method.toml,
     )
 }
@@ -122,7 +125,7 @@ fn expanding(_: usize, method: &Method, cells: usize, time: &str) -> String {
         "#,
         cell = 1.0 / cells as f64,
         speed = amplitude * w,
-        particles = particles(method, [3, 2]),
+        particles = particles(method, [3, 3]),
         method = method.toml,
     )
 }
