@@ -85,7 +85,7 @@ Exit codes: 0 every finding came out as known, 1 one did not, 2 a fault in the a
     /// Measure how close the simulator comes to known answers: orders of convergence, statics, vibrations, energy, time saved.
     #[command(after_help = "Examples:
   matpoint study accuracy                        everything; writes docs/accuracy.md and docs/accuracy/
-  matpoint study accuracy --quick --out look     coarse and short cases, in about ten seconds
+  matpoint study accuracy --quick --out look     coarse and short cases, in about a minute
   matpoint study accuracy --only T1,cook         some problems only
 
 Exit codes: 0 every finding came out as known, 1 one did not, 2 a fault in the arguments.")]

@@ -33,7 +33,7 @@ pub struct Problem {
 /// How much is run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
-    /// Coarse and short cases, in about ten seconds.
+    /// Coarse and short cases, in at most about a minute.
     Quick,
     /// All that a study has.
     Full,

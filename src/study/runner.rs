@@ -143,6 +143,13 @@ impl Run {
         self.snapshots.iter().find(now).map(|s| s.values.as_slice())
     }
 
+    /// A run that nobody made, for tests of what is written of runs.
+    #[cfg(test)]
+    pub(crate) fn of_numbers(name: String, wall: f64, time: f64, kept: &str, values: Vec<f64>) -> Self {
+        let snapshots = vec![Snapshot { time, name: kept.to_owned(), values }];
+        Self { name, end: End::Done, times: Vec::new(), samples: IndexMap::new(), snapshots, wall, substeps: 1, iterations: 0 }
+    }
+
     /// Whether it reached the end of its scene.
     pub fn is_done(&self) -> bool {
         self.end == End::Done

@@ -2,7 +2,8 @@
 //!
 //! `bar_small` and `bar_large` are bars of Tielen (2016), `manufactured` has a solution in closed form, `cantilever` and `column`
 //! are statics, `swing` and `ramped` motions of beams, `conservation` is a body that swings a thousand times, `cook` a membrane,
-//! `newton` and `saved` are about implicit steps: how they converge, and what they save.
+//! `newton` and `saved` are about implicit steps: how they converge, and what they save. `cost` holds what methods of high order and the
+//! classical ones take for an error.
 
 mod bar_large;
 mod bar_small;
@@ -10,6 +11,7 @@ mod cantilever;
 mod column;
 mod conservation;
 mod cook;
+mod cost;
 mod manufactured;
 mod newton;
 mod ramped;
@@ -33,10 +35,26 @@ pub const STUDY: Study = Study {
 fn problems() -> Vec<Problem> {
     type Jobs = fn(Effort) -> Vec<Job>;
     let problem = |id, title, jobs: Jobs, section: fn(Effort, &Runs) -> Section| Problem { id, title, jobs, section };
+    macro_rules! race {
+        ($module:ident::$race:ident) => {
+            problem(
+                cost::$module::$race.id,
+                cost::$module::$race.title,
+                |effort| cost::$module::$race.jobs(effort),
+                |effort, runs| cost::$module::$race.section(effort, runs),
+            )
+        };
+    }
     vec![
         problem("T1", "vibrating bar, small deformations", bar_small::jobs, bar_small::section),
         problem("T2", "vibrating bar, large deformations", bar_large::jobs, bar_large::section),
+        race!(bar::T2),
         problem("manufactured", "manufactured solutions in 1D, 2D and 3D", manufactured::jobs, manufactured::section),
+        race!(manufactured::B4),
+        race!(manufactured::B5),
+        race!(rings::B6),
+        race!(rings::B7),
+        race!(cube::CUBE),
         problem("cantilever", "cantilever under a dead tip load", cantilever::jobs, cantilever::section),
         problem("column", "column under self-weight", column::jobs, column::section),
         problem("swing", "compliant cantilever under sudden self-weight", swing::jobs, swing::section),
