@@ -195,18 +195,18 @@ fn contact_falls_back() {
         dimension = 2
         grid = {{ origin = [0, 0], size = [3, 2], cell = 0.1 }}
         material.m = {{ law = "neo_hookean", young = 100, poisson = 0.3, density = 1 }}
-        body.left = {{ material = "m", shape = {{ box = {{ min = [0.53, 0.52], max = [1.14, 1.13] }} }}, particles_per_cell = 3, velocity = [0.5, 0] }}
-        body.right = {{ material = "m", shape = {{ box = {{ min = [1.46, 0.61], max = [2.07, 1.22] }} }}, particles_per_cell = 3, velocity = [-0.5, 0] }}
+        body.left = {{ material = "m", shape = {{ box = {{ min = [0.43, 0.52], max = [1.04, 1.13] }} }}, particles_per_cell = 3, velocity = [0.5, 0] }}
+        body.right = {{ material = "m", shape = {{ box = {{ min = [1.56, 0.61], max = [2.17, 1.22] }} }}, particles_per_cell = 3, velocity = [-0.5, 0] }}
         contact = {{ friction = 0.2 }}
         method = {{ {METHOD} }}
-        time = {{ end = 0.8 }}
+        time = {{ end = 1.0 }}
         "#
     ));
     assert_eq!(sim.fallback().contacts, 0);
     let energy = |sim: &mut Simulation| sim.get("energy/kinetic").unwrap()[0] + sim.get("energy/strain").unwrap()[0];
     let start = energy(&mut sim);
     let (mut touched, mut most) = (0, 0.0f64);
-    for _ in 0..80 {
+    for _ in 0..100 {
         sim.step(0.01).unwrap();
         touched = touched.max(sim.fallback().contacts);
         most = most.max(energy(&mut sim) / start);

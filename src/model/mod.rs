@@ -420,8 +420,8 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         Transfer::Pic | Transfer::Apic => 0.0,
     };
     let separation = if method.transfer == Transfer::Asflip { method.separation.unwrap_or(1.0) } else { 0.0 };
-    // a node that bodies push must not be followed: with contact those with little of a body are lumped instead
-    let extension = method.quadrature == Quadrature::Splines && method.quadrature_of_velocity() && scene.contact.is_none();
+    // lines of lower degree are as in the papers; a node that bodies push must not be followed: those with little of a body are lumped instead
+    let extension = goes_beyond_lines(scene) && method.quadrature_of_velocity() && scene.contact.is_none();
     let lightest = state.particles.mass.iter().copied().fold(f64::INFINITY, f64::min);
     let (projection, balance) =
         (MassRule::new(method.mass(), method, extension), MassRule::new(method.mass_of_balance(), method, extension));
@@ -492,10 +492,17 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
 fn side(bodies: &[Body], scene: &scene::Scene, body: usize, face: &str) -> Option<Side> {
     let (axis, upper) = match (&bodies[body].lattice.as_ref()?.sheet, &scene.body[body].shape) {
         (Some((chart, _)), shape) => chart.side(shape, face)?,
-        (None, Shape::Box { .. }) => (["x", "y", "z"].iter().position(|axis| face.starts_with(axis))?, face.ends_with('+')),
+        (None, Shape::Box { .. }) if goes_beyond_lines(scene) => {
+            (["x", "y", "z"].iter().position(|axis| face.starts_with(axis))?, face.ends_with('+'))
+        }
         (None, _) => return None,
     };
     Some(Side { body, axis, upper })
+}
+
+/// Whether splines through the particles are more than those that the papers have along lines.
+fn goes_beyond_lines(scene: &scene::Scene) -> bool {
+    scene.method.quadrature == Quadrature::Splines && (scene.dimension > 1 || scene.method.spline_degree() > 2)
 }
 
 /// Whether particles of a box stand on its faces too: in space, where splines lead through them. (Lines keep those of the papers, and planes have

@@ -56,7 +56,8 @@ impl Stepper {
 
     /// Mass that an impulse on a node moves \[kg\]: that of the matrix which its velocity comes from.
     fn pushed_mass(&self, node: usize) -> f64 {
-        if self.integration.touching.is_empty() { self.grid.momentum[node][0] } else { self.matrix.lumped(node) }
+        let of_matrix = if self.integration.touching.is_empty() { None } else { self.matrix.lumped(node) };
+        of_matrix.unwrap_or(self.grid.momentum[node][0])
     }
 
     /// Whether two nodes came closer before the kick. An impulse does work with the mean of the velocities before and after it: between nodes

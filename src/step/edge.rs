@@ -162,6 +162,10 @@ impl Stepper {
                 row += 1;
             }
         }
+        if !model.quadrature_of_velocity {
+            // what the projection does not ask for, the work of the loads does
+            all.velocity_at_edges(model, |p, a| state.particles.velocity.column(a)[p]);
+        }
         Ok(())
     }
 

@@ -146,9 +146,9 @@ impl MassMatrix {
         self.diagonal[node] > 0.0 && self.follows[node] == NONE
     }
 
-    /// Row sum of a node \[kg\].
-    pub(super) fn lumped(&self, node: usize) -> f64 {
-        self.lumped[node]
+    /// Row sum of a node \[kg\], where there is a matrix.
+    pub(super) fn lumped(&self, node: usize) -> Option<f64> {
+        self.lumped.get(node).copied()
     }
 
     /// Mass at each point \[kg\].
