@@ -213,9 +213,9 @@ class Boundary(TypedDict, total=False):
     """A region: every node (for B-splines: every Greville point) in it is held."""
     surface: Union["Surface", None]
     """A face of a body, wherever it lies in the grid: what sticks to a wall. For formulation = "total" in
-    dimension 2 and 3, and for quadrature = "splines" in dimension 2. In "total", where the face cuts cells it
-    is held by Nitsche's method: for laws with a stored energy, without `mean_dilatation`; the work of its
-    forces is not counted as stored energy."""
+    dimension 2 and 3, and for quadrature = "splines". In "total", where the face cuts cells it is held by
+    Nitsche's method: for laws with a stored energy, without `mean_dilatation`; the work of its forces is not
+    counted as stored energy."""
     fixed: Sequence["Axis"]
     """Axes along which the velocity is zero."""
     velocity: Mapping["Axis", "Expr"]
@@ -452,9 +452,9 @@ Quadrature = Literal["particles", "splines", "least_squares"]
 Particles stand in rows that stay rows. In dimension 2 each body is a box, a ring or a convex polygon with
 four corners, anywhere in the grid, with particles on its edges too; cells that its edge cuts are integrated
 exactly, and with quadrature_of = "force_and_velocity" the functions at the edge are extended from inside
-(Hollig 2001). In dimensions 1 and 3 it is a box of cells, and its ends must stay upright: where they lean,
-integrals are off (0.8 % at 0.1 rad). `least_squares`: At Gauss points of full cells, from a least-squares fit
-in each (Wobbes et al. 2019); at the particles of other cells."""
+(Hollig 2001). In dimensions 1 and 3 it is a box, in dimension 3 with particles on its faces too, and its ends
+must stay upright: where they lean, integrals are off (0.8 % at 0.1 rad). `least_squares`: At Gauss points of
+full cells, from a least-squares fit in each (Wobbes et al. 2019); at the particles of other cells."""
 
 
 QuadratureOf = Literal["force", "force_and_velocity"]
