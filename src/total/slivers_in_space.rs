@@ -86,9 +86,8 @@ fn figures(grid: &mut Total, model: &Model, state: &State) -> [f64; 2] {
     [condition(&mass).abs(), grid.stable_step(model, state).unwrap()]
 }
 
-/// Measured at 50 places and 50 angles for degree 1, 40 and 40 for degree 2, 12 and 12 for degree 3: the stable step changes 2.2, 2.0 and 1.9 times
-/// (held 1.8, 1.7 and 1.7), the condition of the mass 3.7, 5.9 and 14 times. Without extension the step goes down to 2e-10 s, and the condition
-/// up to 2e10 at degree 1 and to what round-off makes of a singular matrix above.
+/// At these places and angles the stable step changes 2.2, 2.1 and 1.9 times (held 1.6, 1.6 and 1.7), the condition of the mass 2.0, 2.4 and 4.2 times.
+/// Without extension the step goes down to 3e-10 s, and the condition up to 1e9 at degree 1 and to what round-off makes of a singular matrix above.
 #[test]
 fn slivers_and_angles_change_little_in_space() {
     for (degree, places, angles) in [(1, 10, 10), (2, 10, 10), (3, 5, 5)] {
@@ -115,8 +114,7 @@ fn slivers_and_angles_change_little_in_space() {
             "degree {degree}: condition of mass {mass:.0?}, stable step free {free:.5?} s, held {held:.5?} s, penalty needed {needed:.2?}"
         );
         println!("   without extension: condition {:?}, stable step free {:?} s; {:.1?}", short(bare_mass), short(bare), started.elapsed());
-        // the body is less than three cells thick: at degree 3 there are few blocks of functions to follow
-        for (name, [low, high], times) in [("mass", mass, if degree < 3 { 10.0 } else { 20.0 }), ("free", free, 3.0), ("held", held, 3.0)] {
+        for (name, [low, high], times) in [("mass", mass, 10.0), ("free", free, 3.0), ("held", held, 3.0)] {
             assert!(high < times * low, "degree {degree}, {name}: {low:e} to {high:e}");
         }
         assert!(needed[1] < 0.6, "degree {degree}: {needed:?}");
