@@ -1,6 +1,6 @@
 //! Where velocity is held.
 
-use super::{Body, cut, fault};
+use super::{Body, cut, fault, side_of_box};
 use crate::basis::Axis;
 use crate::scene::{self, Fault, Formula, Shape};
 
@@ -33,8 +33,8 @@ impl Boundary {
     pub(super) fn new(name: &str, described: &scene::Boundary, scene: &scene::Scene, bodies: &[Body]) -> Result<Self, Fault> {
         let region = match (&described.face, &described.region, &described.surface) {
             (Some(face), ..) => {
-                let axis = ["x", "y", "z"].iter().position(|a| face.starts_with(a)).unwrap_or(0);
-                Region::Face { axis, upper: face.ends_with('+') }
+                let (axis, upper) = side_of_box(face).unwrap_or_default();
+                Region::Face { axis, upper }
             }
             (None, Some(shape), _) => Region::Shape(shape.clone()),
             (None, None, Some(surface)) => {

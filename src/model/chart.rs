@@ -1,7 +1,7 @@
 //! Plane bodies as images of the unit square at time 0: what their rows and columns of particles lie along.
 
-use super::Quadrilateral;
 use super::sample::{Sample, up_to_the_ends};
+use super::{Quadrilateral, side_of_box};
 use crate::scene::Shape;
 use std::f64::consts::PI;
 
@@ -76,7 +76,7 @@ impl Chart {
             Self::Quadrilateral(map) => map.side(shape, face)?,
             Self::Ring { .. } => return Some((0, face == "outer")),
         };
-        Some((usize::from(name.starts_with('y')), name.ends_with('+')))
+        side_of_box(name)
     }
 
     /// Even particles along both axes, about as far apart as `spacing` \[m\] says, the last axis fastest; and where they are on the square.

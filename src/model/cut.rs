@@ -1,9 +1,9 @@
 //! Bodies of the total formulation whose edge or surface cuts the cells of their grid.
 
-use super::Body;
 use super::outline::Outline;
 use super::sample::Sample;
 use super::skin::Skin;
+use super::{Body, side_of_box};
 use crate::basis::Axis;
 pub(super) use crate::quadrature::Lost;
 use crate::quadrature::{CutQuadrature, GridAxis, Point, SolidQuadrature};
@@ -94,12 +94,7 @@ fn around([lower, upper]: [&[f64]; 2], axes: &[Axis], per_cell: &OneOrEach<usize
         Axis::new(origin + cell * f64::from(first), cell, (last - first) as usize, axes[a].family())
     };
     let own: Vec<Axis> = (0..axes.len()).map(around).collect();
-    let line = |a: usize| GridAxis {
-        origin: own[a].origin(),
-        cell: own[a].cell_size(),
-        cells: own[a].cells() as usize,
-        gauss: per_cell.axis(a).unwrap_or(1),
-    };
+    let line = |a: usize| GridAxis::of(&own[a], per_cell.axis(a).unwrap_or(1));
     let lines = (0..axes.len()).map(line).collect();
     (own, lines)
 }
@@ -149,5 +144,5 @@ pub(super) fn surface_end(body: &Body, described: &SceneBody, face: &str, scene:
         (Fit::Whole, Some(map)) => map.side(&described.shape, face).unwrap_or_default(),
         (Fit::Whole, None) => face,
     };
-    Ok(["x", "y", "z"].iter().position(|axis| side.starts_with(axis)).map(|axis| (axis, side.ends_with('+'))))
+    Ok(side_of_box(side))
 }

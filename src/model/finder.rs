@@ -1,6 +1,6 @@
 //! Finds the particles that loads and probes hang on, and the points of loaded surfaces.
 
-use super::{Anchor, Body, Load, Probe, Quadrilateral, Signal, SurfacePoint, Target, fault};
+use super::{Anchor, Body, Load, Probe, Quadrilateral, Signal, SurfacePoint, Target, fault, side_of_box};
 use crate::basis::Axis;
 use crate::quadrature::gauss_legendre;
 use crate::scene::{self, FacePoint, Fault, Shape};
@@ -168,8 +168,7 @@ fn bend(map: &Quadrilateral, point: &FacePoint) -> FacePoint {
 
 /// Gauss points on a side of the box that a grid fills, as many in a cell as integrate the functions exactly.
 fn side(name: &str, axes: &[Axis]) -> Vec<FacePoint> {
-    let Some(axis) = ["x", "y", "z"].iter().position(|a| name.starts_with(a)) else { return Vec::new() };
-    let upper = name.ends_with('+');
+    let Some((axis, upper)) = side_of_box(name) else { return Vec::new() };
     let end = axes[axis].clamped(if upper { f64::INFINITY } else { f64::NEG_INFINITY });
     let mut area = vec![0.0; axes.len()];
     area[axis] = if upper { 1.0 } else { -1.0 };

@@ -488,13 +488,17 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
     Ok((model, state))
 }
 
-/// The side of a sheet that is a face of the body.
+/// Axis of the side of a box with this name, and whether it is the upper one.
+fn side_of_box(name: &str) -> Option<(usize, bool)> {
+    let axis = ["x", "y", "z"].iter().position(|axis| name.starts_with(axis))?;
+    Some((axis, name.ends_with('+')))
+}
+
+/// The side of a body in rows that is a face of it.
 fn side(bodies: &[Body], scene: &scene::Scene, body: usize, face: &str) -> Option<Side> {
     let (axis, upper) = match (&bodies[body].lattice.as_ref()?.sheet, &scene.body[body].shape) {
         (Some((chart, _)), shape) => chart.side(shape, face)?,
-        (None, Shape::Box { .. }) if goes_beyond_lines(scene) => {
-            (["x", "y", "z"].iter().position(|axis| face.starts_with(axis))?, face.ends_with('+'))
-        }
+        (None, Shape::Box { .. }) if goes_beyond_lines(scene) => side_of_box(face)?,
         (None, _) => return None,
     };
     Some(Side { body, axis, upper })

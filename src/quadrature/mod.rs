@@ -13,6 +13,7 @@ mod solid;
 mod spline;
 mod taylor;
 
+use crate::basis::Axis;
 pub(crate) use cut::{Curve, CutQuadrature, EdgePoint, Lost};
 pub(crate) use gauss::gauss_legendre;
 pub(crate) use least_squares::{CellQuadrature, FULL_SHARE};
@@ -31,6 +32,13 @@ pub(crate) struct GridAxis {
     pub(crate) cells: usize,
     /// Gauss points along this axis: in [`lines`] on each half cell, in [`least_squares`] on each cell.
     pub(crate) gauss: usize,
+}
+
+impl GridAxis {
+    /// The cells of an axis of functions, with this many Gauss points in each.
+    pub(crate) fn of(axis: &Axis, gauss: usize) -> Self {
+        Self { origin: axis.origin(), cell: axis.cell_size(), cells: axis.cells() as usize, gauss }
+    }
 }
 
 /// Where the integrand is taken.

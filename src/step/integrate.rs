@@ -100,10 +100,7 @@ impl Integration {
         if !model.needs.quadrature {
             return Self::default();
         }
-        let axes = |gauss: usize| -> Vec<GridAxis> {
-            let of = |a: &crate::basis::Axis| GridAxis { origin: a.origin(), cell: a.cell_size(), cells: a.cells() as usize, gauss };
-            model.axes.iter().map(of).collect()
-        };
+        let axes = |gauss: usize| -> Vec<GridAxis> { model.axes.iter().map(|axis| GridAxis::of(axis, gauss)).collect() };
         let width = model.axes[0].width();
         let bodies = model.bodies.iter().map(|body| {
             let rule = match &body.lattice {
