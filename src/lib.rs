@@ -102,6 +102,7 @@ pub mod component;
 mod draft;
 mod grid;
 mod implicit;
+mod lanes;
 mod material;
 #[cfg(feature = "mcap")]
 pub mod messages;

@@ -68,13 +68,14 @@ impl Solver {
         }
     }
 
-    /// One step of length `dt` \[s\]. On an error the state is spoilt; the caller holds a copy.
-    pub(crate) fn advance(&mut self, model: &Model, state: &mut State, dt: f64) -> Result<(), StepError> {
+    /// One step of length `dt` \[s\], to be followed at once by one of length `next`, if any. On an error the state is spoilt; the caller
+    /// holds a copy.
+    pub(crate) fn advance(&mut self, model: &Model, state: &mut State, dt: f64, next: Option<f64>) -> Result<(), StepError> {
         match self {
-            Self::Updated(stepper) => stepper.advance(model, state, dt),
+            Self::Updated(stepper) => stepper.advance(model, state, dt, next),
             Self::Implicit(updated) => match model.implicit {
                 Some(scheme) => updated.advance(model, state, scheme, dt),
-                None => updated.stepper.advance(model, state, dt),
+                None => updated.stepper.advance(model, state, dt, next),
             },
             Self::Total(total) => total.advance(model, state, dt),
         }

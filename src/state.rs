@@ -1,5 +1,6 @@
 //! 3 EVOLVES: all that changes while a scene runs, complete and sufficient for a restart.
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// A table of numbers with one row a particle, stored column by column (structure of arrays): a kernel loads the same component of
@@ -53,16 +54,21 @@ impl Table {
             column[p] = *value;
         }
     }
-    /// Puts row `order[p]` at place p.
-    pub(crate) fn permute(&mut self, order: &[usize]) {
-        let mut sorted = Self::new(self.width, self.rows);
-        for (c, column) in sorted.columns_mut().enumerate() {
-            let from = self.column(c);
-            for (to, &p) in column.iter_mut().zip(order) {
-                *to = from[p];
+    /// Puts row `order[p]` at place p, and leaves memory in `spare` that may be used again.
+    pub(crate) fn permute(&mut self, order: &[u32], shared: bool, spare: &mut Vec<f64>) {
+        let stride = stride(self.rows).max(1);
+        spare.resize(self.data.len(), 0.0);
+        let sort = |(to, from): (&mut [f64], &[f64])| {
+            for (to, &p) in to.iter_mut().zip(order) {
+                *to = from[p as usize];
             }
+        };
+        if shared {
+            spare.par_chunks_mut(stride).zip(self.data.par_chunks(stride)).for_each(sort);
+        } else {
+            spare.chunks_mut(stride).zip(self.data.chunks(stride)).for_each(sort);
         }
-        *self = sorted;
+        std::mem::swap(&mut self.data, spare);
     }
     fn is(&self, width: usize, rows: usize) -> bool {
         self.width == width && (width == 0 && self.data.is_empty() || self.rows == rows && self.data.len() == width * stride(rows))
@@ -145,10 +151,27 @@ pub(crate) struct Bin {
     pub(crate) field: u16,
     /// Block, in slots (see `basis::Stencils`).
     pub(crate) block: [i32; 3],
+    /// Lowest cell of its particles when they were sorted, in slots.
+    pub(crate) low: [i32; 3],
+    /// Highest cell.
+    pub(crate) high: [i32; 3],
     /// First particle.
     pub(crate) start: u32,
     /// One past the last particle.
     pub(crate) end: u32,
+}
+
+/// How well the order of the particles still fits the grid.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Order {
+    /// Cells that a particle may have moved, at most, since the particles were sorted.
+    pub(crate) drift: f64,
+    /// Runs of particles in one cell when they were sorted, or 0 where nobody has counted them yet.
+    pub(crate) sorted_runs: u64,
+    /// How many more there were since, summed over the steps.
+    pub(crate) excess: u64,
+    /// Whether they are to be sorted before the next step.
+    pub(crate) is_stale: bool,
 }
 
 /// The nodes of the grids that bodies have of their own, body by body; empty in the updated formulation, whose grid forgets.
@@ -183,6 +206,8 @@ pub(crate) struct State {
     pub(crate) nodes: Nodes,
     /// Blocks in the order of the particles.
     pub(crate) bins: Vec<Bin>,
+    /// How well they fit.
+    pub(crate) order: Order,
     /// Work done on the body by loads and moving boundaries since time 0 \[J\].
     pub(crate) external_work: f64,
     /// Mean force of each boundary on the bodies over the last call of `step` \[N\].
@@ -194,8 +219,9 @@ pub(crate) struct State {
 impl State {
     /// Copies this state into `other`, whose memory is used again.
     pub(crate) fn copy_to(&self, other: &mut Self) {
-        let Self { time, steps, last_step, next_step, acceleration_age, pace, particles, nodes, bins, external_work, reactions, inputs } =
-            self;
+        let Self { time, steps, last_step, next_step, acceleration_age, pace, particles, nodes, bins, .. } = self;
+        let Self { order, external_work, reactions, inputs, .. } = self;
+        other.order = *order;
         (other.time, other.steps, other.pace, other.external_work) = (*time, *steps, *pace, *external_work);
         (other.last_step, other.next_step, other.acceleration_age) = (*last_step, *next_step, *acceleration_age);
         other.nodes.displacement.clone_from(&nodes.displacement);
@@ -225,6 +251,7 @@ impl State {
         // each block once: kernels rely on it when they work on bins side by side
         let blocks_are_different = self.bins.is_sorted_by(|a, b| (a.field, a.block) < (b.field, b.block));
         let blocks_are_on_the_grid = self.bins.iter().flat_map(|bin| bin.block).all(|b| (0..1 << 28).contains(&b));
+        let order_is_sound = self.order.drift >= 0.0;
         let bodies = other.particles.body.iter().max();
         let numbers = [self.time, self.last_step, self.next_step, self.acceleration_age, self.pace, self.external_work];
         self.particles.fits(&other.particles)
@@ -239,6 +266,7 @@ impl State {
             && bins_are_ranges
             && blocks_are_different
             && blocks_are_on_the_grid
+            && order_is_sound
             && (next as usize == n || self.bins.is_empty())
             && self.nodes.displacement.len() == other.nodes.displacement.len()
             && self.nodes.velocity.len() == other.nodes.velocity.len()

@@ -7,7 +7,7 @@ const EDGE_TOLERANCE: f64 = 1e-9;
 
 /// A particle exactly on a node would give the next node no mass but, with linear functions and at open ends, a slope: that node's velocity
 /// would be 0/0. So local coordinates keep this much off the edges of a cell, which shifts nothing beyond round-off.
-pub(super) const OFF_EDGE: f64 = 1e-14;
+pub(crate) const OFF_EDGE: f64 = 1e-14;
 
 /// Families of shape functions along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,6 +30,14 @@ pub(super) struct Pieces {
     pub(super) coefficients: Vec<f64>,
     /// Places of the nodes by class and function, in cells from the lower edge of the cell.
     pub(super) places: Vec<f64>,
+}
+
+/// Cells far from the ends of the grid, which all see the same polynomials.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Inner {
+    /// First and last of them.
+    pub(crate) cells: (f64, f64),
+    class: usize,
 }
 
 /// The shape functions of one axis. In a cell `width` functions in a row are not zero.
@@ -75,6 +83,7 @@ impl Axis {
             Family::Domains { follow: true } => self.cells + 4,
         }
     }
+    #[inline(always)]
     pub(crate) fn cells(&self) -> i32 {
         self.cells
     }
@@ -103,11 +112,18 @@ impl Axis {
         (cell, (s - cell as f64).clamp(OFF_EDGE, 1.0 - OFF_EDGE))
     }
 
+    /// Lowest and highest number of cells from the origin at which a position still is in the grid.
+    #[inline(always)]
+    pub(crate) fn ends_of_places(&self) -> (f64, f64) {
+        (-EDGE_TOLERANCE, self.cells as f64 + EDGE_TOLERANCE)
+    }
+
     /// Whether a position lies in the grid, its edges included. False for NaN.
     #[inline(always)]
     pub(crate) fn holds(&self, x: f64) -> bool {
         let s = (x - self.origin) * self.inverse;
-        s >= -EDGE_TOLERANCE && s <= self.cells as f64 + EDGE_TOLERANCE
+        let (low, high) = self.ends_of_places();
+        s >= low && s <= high
     }
 
     /// The position, or the nearest end of the grid \[m\].
@@ -126,7 +142,7 @@ impl Axis {
 
     /// First function of the polynomials of a cell.
     #[inline(always)]
-    pub(super) fn first(&self, cell: i32) -> i32 {
+    pub(crate) fn first(&self, cell: i32) -> i32 {
         if self.family == Family::Elements { cell & !1 } else { cell }
     }
 
@@ -136,6 +152,23 @@ impl Axis {
         let first = self.first(cell);
         let more = if matches!(self.family, Family::Domains { .. }) { 0 } else { 1 };
         (first, first + self.width as i32 - more)
+    }
+
+    /// The cells that see the same B-splines, if there are any.
+    pub(crate) fn inner(&self) -> Option<Inner> {
+        let border = match self.family {
+            Family::OpenSpline(_) if self.border == 0 || self.cells > 2 * self.border + 1 => self.border,
+            Family::UniformCubic => 0,
+            _ => return None,
+        };
+        Some(Inner { cells: (f64::from(border), f64::from(self.cells - 1 - border)), class: border as usize })
+    }
+
+    /// Polynomial coefficients of the functions in the inner cells, by power and function, and the places of their nodes, in cells from the
+    /// lower edge of the cell.
+    #[inline(always)]
+    pub(crate) fn inner_piece<const W: usize>(&self, inner: Inner) -> (&[[f64; W]; W], &[f64; W]) {
+        self.piece(inner.class)
     }
 
     /// Polynomial coefficients of the functions in cells of a class, by power and function, and the places of their nodes, in cells from

@@ -9,7 +9,7 @@ mod extension;
 mod gimp;
 mod lagrange;
 
-pub(crate) use axis::{Axis, Family};
+pub(crate) use axis::{Axis, Family, Inner, OFF_EDGE};
 pub(crate) use extension::Extension;
 pub(crate) use lagrange::{is_tied, serendipity_weight};
 

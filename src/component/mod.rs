@@ -216,25 +216,18 @@ impl Simulation {
         let mut smallest = f64::INFINITY;
         self.solver.begin(&self.model);
         let mut done = 0.0;
+        let (mut left, mut h) = self.plan(dt, start, end, done);
         loop {
             let time = self.state.time;
-            let (left, h) = match self.model.pace {
-                Pace::Fixed(step) => (substeps_in(dt, step) - done, dt / substeps_in(dt, step)),
-                // as many equal ones as the stable step of now asks for, thought over after each
-                Pace::Cfl(share) => {
-                    let left = substeps_in(end - time, share * self.max_step());
-                    (left, (end - time) / left)
-                }
-                // the same, but each may turn out to be too long
-                Pace::Error { .. } => {
-                    let left = substeps_in(end - time, self.state.next_step);
-                    (left, if left <= 2.0 { (end - time) / left } else { self.state.next_step })
-                }
+            // one ahead: the pass that ends a step begins the next
+            let next = match self.model.pace {
+                Pace::Error { .. } => None,
+                _ => (left > 1.0).then(|| self.plan(dt, time + h, end, done + 1.0)),
             };
             if time + h <= time || h.is_nan() {
                 return Err(StepError::Unstable { time, stable: self.max_step() });
             }
-            self.solver.advance(&self.model, &mut self.state, h)?;
+            self.solver.advance(&self.model, &mut self.state, h, next.map(|(_, h)| h))?;
             done += 1.0;
             let taken = self.state.time - time;
             smallest = smallest.min(taken);
@@ -244,12 +237,30 @@ impl Simulation {
             if !proceed() {
                 return Err(StepError::Interrupted { time: self.state.time });
             }
+            (left, h) = next.unwrap_or_else(|| self.plan(dt, self.state.time, end, done));
         }
         self.state.time = end;
         self.solver.end(&self.model, &mut self.state);
         let (substeps, iterations) = (self.state.steps - first, self.solver.iterations());
         self.iterations += iterations;
         Ok(Report { time: end, substeps, smallest_step: smallest, iterations })
+    }
+
+    /// How many substeps are left at `time` of a step of length `dt` that ends at `end`, of which some are `done`, and how long the next is.
+    fn plan(&self, dt: f64, time: f64, end: f64, done: f64) -> (f64, f64) {
+        match self.model.pace {
+            Pace::Fixed(step) => (substeps_in(dt, step) - done, dt / substeps_in(dt, step)),
+            // as many equal ones as the stable step of now asks for, thought over for each
+            Pace::Cfl(share) => {
+                let left = substeps_in(end - time, share * self.max_step());
+                (left, (end - time) / left)
+            }
+            // the same, but each may turn out to be too long
+            Pace::Error { .. } => {
+                let left = substeps_in(end - time, self.state.next_step);
+                (left, if left <= 2.0 { (end - time) / left } else { self.state.next_step })
+            }
+        }
     }
 
     /// Where the last step fell back to a lower order: none before the first step.
@@ -414,7 +425,7 @@ impl Simulation {
 }
 
 /// First bytes of a snapshot; the last is the version of its format.
-const SNAPSHOT: [u8; 8] = *b"matpnt\x00\x03";
+const SNAPSHOT: [u8; 8] = *b"matpnt\x00\x04";
 
 /// Substeps of at most `step` in `dt`; a step that fits up to round-off fits.
 fn substeps_in(dt: f64, step: f64) -> f64 {

@@ -1,28 +1,32 @@
 //! The background grid: only the blocks that hold part of a body exist, so cost and memory follow the bodies, never the domain.
 //!
-//! Cells are grouped into blocks. The particles of a block are neighbours in memory (a [`Bin`]); a kernel works on one bin at a time in a
-//! [`Tile`], a small dense copy of the nodes that the bin touches. Bins of one colour touch no common node, so they are added to the
-//! grid side by side, and colour after colour: the sums are the same, bit for bit, for any number of threads.
-
+//! Cells are grouped into blocks. The particles of a block of cells are neighbours in memory (a [`Bin`]). Nodes are stored block by block too,
+//! so shifted that the particles of a bin touch two blocks of nodes an axis until they are sorted again: a kernel works on one bin at a time
+//! in a [`Tile`], a dense copy of these blocks. Bins of one colour touch no common node, so they are added to the grid side by side, and
+//! colour after colour: the sums are the same, bit for bit, for any number of threads.
 //!
 //! With contact each body has blocks, and so nodes, of its own: a field. Where two fields have the same block, bodies may touch.
 
 mod order;
 mod tied;
+mod tile;
 
 pub(crate) use order::sort;
 pub(crate) use tied::Tied;
+pub(crate) use tile::{Frame, Tile};
 
 use crate::basis::{Axis, Family};
 use crate::model::Model;
-use crate::state::{Bin, Particles};
+use crate::state::Bin;
 use std::collections::HashMap;
 
 /// Numbers of a node, in lanes: mass (or nothing), then one an axis.
-pub(crate) type Lanes = [f64; 4];
+pub(crate) type Lanes = crate::lanes::Quad;
 
-/// How far, in cells, the particles of a bin may stray outside their block before all are sorted again.
+/// How far, in cells, the particles of a bin may stray from where they were sorted before all are sorted again.
 const MARGIN: i32 = 1;
+/// The same, as a distance that round-off does not reach.
+pub(crate) const LARGEST_DRIFT: f64 = MARGIN as f64 - 1e-6;
 /// No such block.
 const NONE: u32 = u32::MAX;
 
@@ -39,6 +43,8 @@ pub(crate) struct Grid {
     pub(crate) momentum: Vec<Lanes>,
     /// Force on each node, after the balance its acceleration.
     pub(crate) force: Vec<Lanes>,
+    /// The same for the coming step, where particles give to it as they take from this one.
+    pub(crate) next: [Vec<Lanes>; 2],
     /// Held degrees of freedom.
     pub(crate) constraints: Vec<Constraint>,
     /// Pairs of blocks at the same place, of two fields: storage indices of their first nodes.
@@ -64,34 +70,49 @@ pub(crate) struct Constraint {
 pub(crate) struct BlockShape {
     /// Logarithm to base 2 of the cells along a slot.
     pub(crate) shift: [u32; 3],
+    /// Nodes from the first that particles of a block may touch to that with the number of their first cell.
+    lead: i32,
     nodes: usize,
 }
 
 impl BlockShape {
-    /// Two bins of one colour are a block apart, so a block must be wider than a stencil and both margins.
+    /// Two blocks hold a block of cells, a stencil and both margins, so bins that are a block apart touch no common node.
     pub(crate) fn new(dimension: usize, axis: &Axis) -> Self {
         let (first, last) = axis.reach(0);
         // the stencils of elements begin up to a cell before the cell of the particle
-        let lead = i32::from(axis.family() == Family::Elements);
+        let elements = i32::from(axis.family() == Family::Elements);
         let log = match dimension {
             1 => 4,
             2 => 3,
-            _ if last - first + 2 * MARGIN + lead <= 4 => 2,
+            _ if last - first + 2 * MARGIN + elements <= 4 => 2,
             _ => 3,
         };
         let shift: [u32; 3] = std::array::from_fn(|slot| if slot >= 3 - dimension { log } else { 0 });
-        Self { shift, nodes: 1 << shift.iter().sum::<u32>() }
+        Self { shift, lead: MARGIN + elements, nodes: 1 << shift.iter().sum::<u32>() }
     }
+    /// Block of a cell.
+    fn of_cell(&self, cell: [i32; 3]) -> [i32; 3] {
+        std::array::from_fn(|s| cell[s] >> self.shift[s])
+    }
+    /// Number of a cell within its block, the last slot contiguous.
+    fn cell_in_block(&self, cell: [i32; 3]) -> usize {
+        let local = |s: usize| (cell[s] & (self.size(s) - 1)) as usize;
+        (((local(0) << self.shift[1]) + local(1)) << self.shift[2]) + local(2)
+    }
+    /// The node as counted from the first of a block.
+    fn shifted(&self, node: [i32; 3]) -> [i32; 3] {
+        std::array::from_fn(|s| if self.shift[s] == 0 { node[s] } else { node[s] + self.lead })
+    }
+    /// Block of a node.
     fn of(&self, node: [i32; 3]) -> [i32; 3] {
-        std::array::from_fn(|s| node[s] >> self.shift[s])
-    }
-    fn size(&self, slot: usize) -> i32 {
-        1 << self.shift[slot]
+        self.of_cell(self.shifted(node))
     }
     /// Index within its block, the last slot contiguous.
     fn index(&self, node: [i32; 3]) -> usize {
-        let local = |s: usize| (node[s] & (self.size(s) - 1)) as usize;
-        (((local(0) << self.shift[1]) + local(1)) << self.shift[2]) + local(2)
+        self.cell_in_block(self.shifted(node))
+    }
+    fn size(&self, slot: usize) -> i32 {
+        1 << self.shift[slot]
     }
 }
 
@@ -100,18 +121,8 @@ impl BlockShape {
 pub(crate) struct Home {
     low: [i32; 3],
     high: [i32; 3],
-    neighbours: [u32; 27],
-}
-
-/// What the particles of a bin did since they were sorted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Stray {
-    /// All still in or next to their block.
-    No,
-    /// One strayed further than the margin: sort again.
-    Far,
-    /// One left the grid; its place in the arrays.
-    Left(usize),
+    /// Where the two blocks an axis are stored: that of the bin, and the next.
+    blocks: [u32; 8],
 }
 
 impl Grid {
@@ -128,47 +139,47 @@ impl Grid {
         self.momentum.len() * 2 * size_of::<Lanes>() + self.homes.len() * size_of::<Home>() + self.blocks.len() * 32
     }
 
-    /// First and last node that the particles of one bin touch, and whether they are still near their block.
-    pub(crate) fn survey(&self, axes: &[Axis], particles: &Particles, bin: &Bin) -> (Stray, [i32; 3], [i32; 3]) {
-        let dimension = axes.len();
-        let (mut low, mut high) = ([0; 3], [0; 3]);
-        let range = bin.start as usize..bin.end as usize;
-        for (axis, spline) in axes.iter().enumerate() {
-            let slot = 3 - dimension + axis;
-            let (mut l, mut h) = (i32::MAX, i32::MIN);
-            for (p, &x) in range.clone().zip(&particles.position.column(axis)[range.clone()]) {
-                if !spline.holds(x) {
-                    return (Stray::Left(p), low, high);
-                }
-                let cell = spline.cell(x).0;
-                l = l.min(cell);
-                h = h.max(cell);
+    /// Takes over where the bins are: activates the blocks that their particles may touch until they are sorted again. Nodes stay what they
+    /// are where these blocks are active already.
+    pub(crate) fn arrange(&mut self, model: &Model, bins: &[Bin]) {
+        let mut touched: Vec<Block> = Vec::new();
+        for bin in bins {
+            let (low, high) = reach(model, bin);
+            let (low, high) = wanted(model, low, high);
+            self.for_blocks(low, high, |block| touched.push((bin.field, block)));
+        }
+        touched.sort_unstable();
+        touched.dedup();
+        let known = touched == self.blocks;
+        if !known {
+            self.blocks = touched;
+            self.table = self.blocks.iter().enumerate().map(|(i, b)| (*b, i as u32)).collect();
+            let nodes = self.blocks.len() * self.shape.nodes;
+            for lanes in [&mut self.momentum, &mut self.force] {
+                lanes.clear();
+                lanes.resize(nodes, Lanes::default());
             }
-            let start = bin.block[slot] << self.shape.shift[slot];
-            if l < start - MARGIN || h >= start + self.shape.size(slot) + MARGIN {
-                return (Stray::Far, low, high);
-            }
-            (low[slot], high[slot]) = (spline.reach(l).0, spline.reach(h).1);
+            self.next = Default::default();
         }
-        (Stray::No, low, high)
-    }
-
-    /// Takes over what [`Grid::survey`] found; activates blocks where a bin touches one that does not exist.
-    pub(crate) fn settle(&mut self, model: &Model, bins: &[Bin], extents: &[([i32; 3], [i32; 3])]) {
-        let known = self.homes.len() == bins.len();
-        for (home, (low, high)) in self.homes.iter_mut().zip(extents) {
-            (home.low, home.high) = (*low, *high);
+        self.homes.clear();
+        self.homes.extend(bins.iter().map(|bin| {
+            let next = |k: usize| [0, 1, 2].map(|s| bin.block[s] + [k >> 2, k >> 1 & 1, k & 1][s] as i32);
+            let blocks = std::array::from_fn(|k| self.table.get(&(bin.field, next(k))).copied().unwrap_or(NONE));
+            let (low, high) = reach(model, bin);
+            Home { low, high, blocks }
+        }));
+        self.colours.resize(8, Vec::new());
+        self.colours.iter_mut().for_each(Vec::clear);
+        for (i, bin) in bins.iter().enumerate() {
+            let parity = |s: usize| (bin.block[s] & 1) as usize;
+            self.colours[4 * parity(0) + 2 * parity(1) + parity(2)].push(i as u32);
         }
-        if !known || self.homes.iter().zip(bins).any(|(home, bin)| self.misses_block(model, home, bin)) {
-            self.activate(model, bins, extents);
+        self.colours.retain(|c| !c.is_empty());
+        if !known {
+            self.meet();
+            self.tie(model);
+            self.constrain(model);
         }
-    }
-
-    fn misses_block(&self, model: &Model, home: &Home, bin: &Bin) -> bool {
-        let mut missing = false;
-        let (low, high) = wanted(model, home.low, home.high);
-        self.for_blocks(low, high, |block| missing |= home.neighbours[relative(block, bin.block)] == NONE);
-        missing
     }
 
     /// Calls `f` for each block with nodes between `low` and `high`.
@@ -181,42 +192,6 @@ impl Grid {
                 }
             }
         }
-    }
-
-    /// Builds the table of active blocks from the nodes that bins touch.
-    fn activate(&mut self, model: &Model, bins: &[Bin], extents: &[([i32; 3], [i32; 3])]) {
-        let mut touched: Vec<Block> = Vec::new();
-        for (bin, (low, high)) in bins.iter().zip(extents) {
-            let (low, high) = wanted(model, *low, *high);
-            self.for_blocks(low, high, |block| touched.push((bin.field, block)));
-        }
-        touched.sort_unstable();
-        touched.dedup();
-        self.blocks = touched;
-        self.table = self.blocks.iter().enumerate().map(|(i, b)| (*b, i as u32)).collect();
-        let nodes = self.blocks.len() * self.shape.nodes;
-        self.momentum.clear();
-        self.momentum.resize(nodes, Lanes::default());
-        self.force.clear();
-        self.force.resize(nodes, Lanes::default());
-        self.homes = bins
-            .iter()
-            .zip(extents)
-            .map(|(bin, (low, high))| {
-                let around = |k: usize| [0, 1, 2].map(|s| bin.block[s] + [k / 9, k / 3 % 3, k % 3][s] as i32 - 1);
-                let neighbours = std::array::from_fn(|k| self.table.get(&(bin.field, around(k))).copied().unwrap_or(NONE));
-                Home { low: *low, high: *high, neighbours }
-            })
-            .collect();
-        self.colours = vec![Vec::new(); 8];
-        for (i, bin) in bins.iter().enumerate() {
-            let parity = |s: usize| (bin.block[s] & 1) as usize;
-            self.colours[4 * parity(0) + 2 * parity(1) + parity(2)].push(i as u32);
-        }
-        self.colours.retain(|c| !c.is_empty());
-        self.meet();
-        self.tie(model);
-        self.constrain(model);
     }
 
     /// Finds the blocks that two fields have.
@@ -251,7 +226,8 @@ impl Grid {
         let (field, block) = self.blocks[index / self.shape.nodes];
         let index = index % self.shape.nodes;
         let local = [index >> (shift[1] + shift[2]), (index >> shift[2]) & ((1 << shift[1]) - 1), index & ((1 << shift[2]) - 1)];
-        (field, std::array::from_fn(|s| (block[s] << shift[s]) + local[s] as i32))
+        let lead = |s: usize| if shift[s] == 0 { 0 } else { self.shape.lead };
+        (field, std::array::from_fn(|s| (block[s] << shift[s]) + local[s] as i32 - lead(s)))
     }
 
     /// Integral of the function of each stored node over that of one in the middle of the grid.
@@ -302,74 +278,22 @@ impl Grid {
 
     /// Storage index of a node that the particles of a bin touch.
     pub(crate) fn node_of_bin(&self, bin_index: usize, bin: &Bin, node: [i32; 3]) -> usize {
-        let block = self.homes[bin_index].neighbours[relative(self.shape.of(node), bin.block)];
+        let place = self.shape.of(node);
+        let next = |s: usize| (place[s] - bin.block[s]) as usize;
+        let block = self.homes[bin_index].blocks[4 * next(0) + 2 * next(1) + next(2)];
         block as usize * self.shape.nodes + self.shape.index(node)
     }
+}
 
-    /// Sets the sums to zero.
-    pub(crate) fn clear(&mut self, forces_too: bool) {
-        self.momentum.fill(Lanes::default());
-        if forces_too {
-            self.force.fill(Lanes::default());
-        }
+/// First and last node that the particles of a bin touch until they are sorted again.
+fn reach(model: &Model, bin: &Bin) -> ([i32; 3], [i32; 3]) {
+    let (mut low, mut high) = ([0; 3], [0; 3]);
+    for (number, axis) in model.axes.iter().enumerate() {
+        let slot = 3 - model.dimension + number;
+        low[slot] = axis.reach((bin.low[slot] - MARGIN).max(0)).0;
+        high[slot] = axis.reach((bin.high[slot] + MARGIN).min(axis.cells() - 1)).1;
     }
-
-    /// Calls `f(tile row, node row, length)` for each row of nodes that a bin touches.
-    fn for_rows(&self, home: &Home, bin: &Bin, tile: &Frame, mut f: impl FnMut(usize, usize, usize)) {
-        let shape = &self.shape;
-        self.for_blocks(home.low, home.high, |block| {
-            let base = home.neighbours[relative(block, bin.block)] as usize * shape.nodes;
-            let start: [i32; 3] = std::array::from_fn(|s| (block[s] << shape.shift[s]).max(home.low[s]));
-            let end: [i32; 3] = std::array::from_fn(|s| ((block[s] << shape.shift[s]) + shape.size(s) - 1).min(home.high[s]));
-            for i in start[0]..=end[0] {
-                for j in start[1]..=end[1] {
-                    let first = [i, j, start[2]];
-                    f(tile.index(first), base + shape.index(first), (end[2] - start[2] + 1) as usize);
-                }
-            }
-        });
-    }
-
-    /// Makes `tile` cover what a bin touches, filled with zeros.
-    pub(crate) fn open(&self, bin_index: usize, tile: &mut Tile) {
-        let home = &self.homes[bin_index];
-        tile.frame = Frame::new(home.low, home.high);
-        let nodes = tile.frame.nodes;
-        for lanes in [&mut tile.momentum, &mut tile.force] {
-            lanes.clear();
-            lanes.resize(nodes, Lanes::default());
-        }
-    }
-
-    /// Copies the nodes that a bin touches into `tile`.
-    pub(crate) fn load(&self, bin_index: usize, bin: &Bin, with_force: bool, tile: &mut Tile) {
-        self.open(bin_index, tile);
-        let home = &self.homes[bin_index];
-        let Tile { frame, momentum, force } = tile;
-        self.for_rows(home, bin, frame, |row, node, len| {
-            momentum[row..row + len].copy_from_slice(&self.momentum[node..node + len]);
-            if with_force {
-                force[row..row + len].copy_from_slice(&self.force[node..node + len]);
-            }
-        });
-    }
-
-    /// Adds `tile` to the nodes that a bin touches.
-    ///
-    /// # Safety
-    /// `momentum` and `force` are the arrays of this grid, and no other bin that is added at the same time touches a common node: true
-    /// for bins of one colour.
-    pub(crate) unsafe fn add(&self, bin_index: usize, bin: &Bin, tile: &Tile, momentum: *mut Lanes, force: Option<*mut Lanes>) {
-        let home = &self.homes[bin_index];
-        // SAFETY: rows lie within active blocks, so within the arrays; the caller keeps others away from them.
-        let row_of = |base: *mut Lanes, node: usize, len: usize| unsafe { std::slice::from_raw_parts_mut(base.add(node), len) };
-        self.for_rows(home, bin, &tile.frame, |row, node, len| {
-            add_rows(row_of(momentum, node, len), &tile.momentum[row..row + len]);
-            if let Some(force) = force {
-                add_rows(row_of(force, node, len), &tile.force[row..row + len]);
-            }
-        });
-    }
+    (low, high)
 }
 
 /// The nodes whose blocks a bin wants: those its particles touch; quadrature points lie up to a cell beside the particles.
@@ -381,48 +305,4 @@ fn wanted(model: &Model, low: [i32; 3], high: [i32; 3]) -> ([i32; 3], [i32; 3]) 
     let down = std::array::from_fn(|s| axis(s).map_or(0, |_| (low[s] - 1).max(0)));
     let up = std::array::from_fn(|s| axis(s).map_or(0, |axis| (high[s] + 1).min(axis.functions() - 1)));
     (down, up)
-}
-
-fn add_rows(to: &mut [Lanes], from: &[Lanes]) {
-    for (a, b) in to.iter_mut().zip(from) {
-        for lane in 0..4 {
-            a[lane] += b[lane];
-        }
-    }
-}
-
-/// Place of a block among the 27 around a bin's own.
-fn relative(block: [i32; 3], own: [i32; 3]) -> usize {
-    let r = |s: usize| (block[s] - own[s] + 1) as usize;
-    9 * r(0) + 3 * r(1) + r(2)
-}
-
-/// The box of nodes that a tile covers.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Frame {
-    low: [i32; 3],
-    /// Tile nodes from one node to the next along slots 0 and 1; along slot 2 it is 1.
-    pub(crate) stride: [usize; 2],
-    nodes: usize,
-}
-
-impl Frame {
-    fn new(low: [i32; 3], top: [i32; 3]) -> Self {
-        let extent: [usize; 3] = std::array::from_fn(|s| (top[s] - low[s] + 1) as usize);
-        Self { low, stride: [extent[1] * extent[2], extent[2]], nodes: extent.iter().product() }
-    }
-    /// Place of a node in the tile.
-    #[inline(always)]
-    pub(crate) fn index(&self, node: [i32; 3]) -> usize {
-        let r = |s: usize| (node[s] - self.low[s]) as usize;
-        r(0) * self.stride[0] + r(1) * self.stride[1] + r(2)
-    }
-}
-
-/// A small dense copy of the nodes that a bin touches.
-#[derive(Debug, Default)]
-pub(crate) struct Tile {
-    pub(crate) frame: Frame,
-    pub(crate) momentum: Vec<Lanes>,
-    pub(crate) force: Vec<Lanes>,
 }

@@ -4,46 +4,103 @@ use super::{Block, BlockShape};
 use crate::model::Model;
 use crate::state::{Bin, Particles};
 
+/// Cells a particle up to which there is a counter for each cell of the box around all particles.
+const CELLS_TO_COUNT: usize = 4;
+
 /// Sorts the particles by field (see [`super`]) and block and, within a block, by cell; particles of one cell keep their order. Returns the
 /// bins.
-pub(crate) fn sort(model: &Model, shape: BlockShape, particles: &mut Particles) -> Vec<Bin> {
-    let (axes, dimension) = (&model.axes, model.dimension);
-    let n = particles.len();
-    let mut keyed: Vec<(Block, u32, u32)> = (0..n)
-        .map(|p| {
-            let mut cell = [0; 3];
-            for (axis, spline) in axes.iter().enumerate() {
-                cell[3 - dimension + axis] = spline.cell(particles.position.column(axis)[p]).0;
-            }
-            ((model.field(particles.body[p]), shape.of(cell)), shape.index(cell) as u32, p as u32)
-        })
-        .collect();
-    // the last key is the place in memory, so that equal cells keep their order and the result does not depend on the sort
-    keyed.sort_unstable();
-    let order: Vec<usize> = keyed.iter().map(|k| k.2 as usize).collect();
-    if !order.is_sorted() {
-        permute(particles, &order);
-    }
+pub(crate) fn sort(model: &Model, shape: BlockShape, particles: &mut Particles, shared: bool) -> Vec<Bin> {
+    let cells = cells(model, particles);
+    let field = |p: usize| model.field(particles.body[p]);
+    let order = order(shape, &cells, field);
     let mut bins: Vec<Bin> = Vec::new();
-    for (p, (block, _, _)) in keyed.iter().enumerate() {
+    for (place, &p) in order.iter().enumerate() {
+        let (cell, place) = (cells[p as usize], place as u32);
+        let (field, block): Block = (field(p as usize), shape.of_cell(cell));
         match bins.last_mut() {
-            Some(bin) if (bin.field, bin.block) == *block => bin.end = p as u32 + 1,
-            _ => bins.push(Bin { field: block.0, block: block.1, start: p as u32, end: p as u32 + 1 }),
+            Some(bin) if (bin.field, bin.block) == (field, block) => {
+                bin.end = place + 1;
+                for s in 0..3 {
+                    (bin.low[s], bin.high[s]) = (bin.low[s].min(cell[s]), bin.high[s].max(cell[s]));
+                }
+            }
+            _ => bins.push(Bin { field, block, low: cell, high: cell, start: place, end: place + 1 }),
         }
+    }
+    if !order.is_sorted() {
+        permute(particles, &order, shared);
     }
     bins
 }
 
+/// Cells of the particles, in slots.
+fn cells(model: &Model, particles: &Particles) -> Vec<[i32; 3]> {
+    let mut cells = vec![[0; 3]; particles.len()];
+    for (number, axis) in model.axes.iter().enumerate() {
+        let slot = 3 - model.dimension + number;
+        for (cell, &x) in cells.iter_mut().zip(particles.position.column(number)) {
+            cell[slot] = axis.cell(x).0;
+        }
+    }
+    cells
+}
+
+/// The particles by field, block and cell: one after the other where the cells may be counted, else by comparison.
+fn order(shape: BlockShape, cells: &[[i32; 3]], field: impl Fn(usize) -> u16) -> Vec<u32> {
+    let n = cells.len();
+    let (mut low, mut high, mut fields) = ([i32::MAX; 3], [i32::MIN; 3], 0);
+    for (p, cell) in cells.iter().enumerate() {
+        for s in 0..3 {
+            (low[s], high[s]) = (low[s].min(cell[s]), high[s].max(cell[s]));
+        }
+        fields = fields.max(field(p) as usize + 1);
+    }
+    let (low, high) = (shape.of_cell(low), shape.of_cell(high));
+    let extent: [usize; 3] = std::array::from_fn(|s| if n == 0 { 0 } else { (high[s] - low[s]) as usize + 1 });
+    let counters = extent.iter().try_fold(shape.nodes * fields, |product, e| product.checked_mul(*e));
+    let Some(counters) = counters.filter(|c| *c <= CELLS_TO_COUNT * n + 4096) else {
+        let key = |p: u32| (field(p as usize), shape.of_cell(cells[p as usize]), shape.cell_in_block(cells[p as usize]), p);
+        // the last key is the place in memory, so that equal cells keep their order and the result does not depend on the sort
+        let mut order: Vec<u32> = (0..n as u32).collect();
+        order.sort_unstable_by_key(|p| key(*p));
+        return order;
+    };
+    let numbers: Vec<u32> = cells
+        .iter()
+        .enumerate()
+        .map(|(p, &cell)| {
+            let block = shape.of_cell(cell);
+            let block = (0..3).fold(field(p) as usize, |number, s| number * extent[s] + (block[s] - low[s]) as usize);
+            (block * shape.nodes + shape.cell_in_block(cell)) as u32
+        })
+        .collect();
+    let mut next = vec![0u32; counters + 1];
+    for &number in &numbers {
+        next[number as usize + 1] += 1;
+    }
+    for c in 0..counters {
+        next[c + 1] += next[c];
+    }
+    let mut order = vec![0; n];
+    for (p, &number) in numbers.iter().enumerate() {
+        order[next[number as usize] as usize] = p as u32;
+        next[number as usize] += 1;
+    }
+    order
+}
+
 /// Puts particle `order[p]` at place p.
-fn permute(particles: &mut Particles, order: &[usize]) {
-    fn gather<T: Copy>(column: &mut Vec<T>, order: &[usize]) {
-        *column = order.iter().map(|&p| column[p]).collect();
+fn permute(particles: &mut Particles, order: &[u32], shared: bool) {
+    fn gather<T: Copy>(column: &mut Vec<T>, order: &[u32]) {
+        *column = order.iter().map(|&p| column[p as usize]).collect();
     }
     gather(&mut particles.id, order);
     gather(&mut particles.body, order);
     gather(&mut particles.mass, order);
     gather(&mut particles.volume, order);
+    // one memory after the other takes the sorted columns: fresh memory would have to be cleared by the system first
+    let mut spare = Vec::new();
     for table in particles.tables_mut() {
-        table.permute(order);
+        table.permute(order, shared, &mut spare);
     }
 }

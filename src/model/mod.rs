@@ -64,6 +64,8 @@ pub(crate) struct Model {
     pub(crate) flip_share: f64,
     /// Share of its own velocity with which a particle moves where it separates; 0 but for ASFLIP.
     pub(crate) separation: f64,
+    /// Mass of the lightest particle \[kg\].
+    pub(crate) lightest: f64,
     /// The velocity of nodes lighter than this takes no part of their force \[kg\].
     pub(crate) light: f64,
     /// Rows of a consistent mass matrix are lumped at nodes lighter than this \[kg\].
@@ -221,6 +223,19 @@ impl Model {
     /// Whether a step uses the velocity that is projected first, before the kick: pure FLIP uses accelerations alone.
     pub(crate) fn needs_nodal_velocity(&self) -> bool {
         self.flip_share < 1.0 || self.friction.is_some() || self.integrator != scene::Integrator::Musl
+    }
+
+    /// Whether particles may give to the grid in the pass in which they take from it: nothing but them is summed, weights are not negative,
+    /// and they move as the grid does.
+    pub(crate) fn fuses(&self) -> bool {
+        let needs = &self.needs;
+        let apart = needs.quadrature || needs.mass_matrix || needs.body_force || needs.tied || self.separation > 0.0;
+        self.implicit.is_none() && self.masses == Masses::Positive && !apart
+    }
+
+    /// Whether forces are summed with the momenta they change: nobody asks for accelerations.
+    pub(crate) fn merges(&self) -> bool {
+        self.fuses() && !self.needs.increment && self.friction.is_none() && self.walls.is_empty()
     }
 
     /// Velocity field of a body.
@@ -472,6 +487,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         flip_share,
         separation,
         light,
+        lightest,
         lump_below: if masses == Masses::Positive { method.mass_tolerance.unwrap_or(1.0) * lightest } else { 0.0 },
         masses,
         projection,

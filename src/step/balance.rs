@@ -1,14 +1,19 @@
 //! Stage 4: balance of momentum on the nodes, and the boundaries.
 
 use super::mass::Held;
-use super::{Stepper, Wrong};
+use super::{Stepper, Wrong, worth_sharing};
 use crate::component::StepError;
 use crate::grid::{Constraint, Grid, Lanes};
 use crate::model::{Boundary, MassRule, Masses, Model};
 use crate::state::State;
+use crate::transfer::What;
+use rayon::prelude::*;
 
 /// Share of the largest nodal mass up to which a negative one is round-off.
 const ROUND_OFF: f64 = 1e-12;
+
+/// Nodes that a thread works on at once.
+const NODES_A_TASK: usize = 4096;
 
 /// A field of the grid that is solved for.
 #[derive(Debug, Clone, Copy)]
@@ -30,9 +35,12 @@ impl Stepper {
     /// Turns momentum into velocity and force into acceleration, then kicks. Boundaries hold momentum and rate of momentum (Buzzi et
     /// al. 2008, section 5.5): the velocity on the way in, and its change. The velocity is that of the projection only where it is
     /// `wanted`; a FLIP kick needs the acceleration alone.
-    pub(super) fn balance(&mut self, model: &Model, state: &mut State, kick: f64, dt: f64, wanted: bool) -> Result<(), StepError> {
+    pub(super) fn balance(&mut self, model: &Model, state: &mut State, sums: What, dt: f64, wanted: bool) -> Result<(), StepError> {
         self.check_masses(model, state.time)?;
-        if model.balance.is_lumped() && (model.projection.is_lumped() || !wanted) {
+        let kick = 0.5 * (state.last_step + dt);
+        if matches!(sums, What::Kicked(_)) {
+            self.balance_kicked(model, worth_sharing(state), state.time, kick, dt);
+        } else if model.balance.is_lumped() && (model.projection.is_lumped() || !wanted) {
             self.balance_lumped(model, state.time, kick, dt);
         } else {
             self.balance_with_matrix(model, state, kick, dt, wanted)?;
@@ -42,6 +50,42 @@ impl Stepper {
             self.hold_velocity(model, state.time + 0.5 * dt);
         }
         Ok(())
+    }
+
+    /// Where the sums are those of momenta after the kick. Nobody asks for accelerations then.
+    fn balance_kicked(&mut self, model: &Model, shared: bool, time: f64, kick: f64, dt: f64) {
+        let (before, after) = around(time, kick, dt);
+        for c in &self.grid.constraints {
+            let momentum = &mut self.grid.momentum[c.node as usize];
+            let (mass, lane, axis) = (momentum[0], 1 + c.axis as usize, c.axis as usize);
+            let boundary = &model.boundaries[c.boundary as usize];
+            let (Some(_), Some(new)) = (boundary.velocity(axis, before), boundary.velocity(axis, after)) else { continue };
+            if is_empty(model, mass) {
+                continue;
+            }
+            // what the particles gain beyond the forces on the node, as they take the whole nodal velocity (see `hold`)
+            let held = mass * (new - kick * self.gravity[axis]);
+            let impulse = held - momentum[lane];
+            self.impulse[c.boundary as usize][axis] += impulse;
+            self.boundary_work += impulse / kick * new * dt;
+            momentum[lane] = held;
+        }
+        let change = self.gravity.map(|g| kick * g);
+        let balance = |nodes: &mut [Lanes]| {
+            for momentum in nodes {
+                let mass = momentum[0];
+                if !is_empty(model, mass) {
+                    let inverse = 1.0 / mass;
+                    *momentum =
+                        [mass, momentum[1] * inverse + change[0], momentum[2] * inverse + change[1], momentum[3] * inverse + change[2]];
+                }
+            }
+        };
+        if shared {
+            self.grid.momentum.par_chunks_mut(NODES_A_TASK).for_each(balance);
+        } else {
+            balance(&mut self.grid.momentum);
+        }
     }
 
     fn balance_lumped(&mut self, model: &Model, time: f64, kick: f64, dt: f64) {

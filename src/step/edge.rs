@@ -315,7 +315,7 @@ mod tests {
     use crate::quadrature::gauss_legendre;
     use crate::scene::Scene;
     use crate::step::Stepper;
-    use crate::step::p2g::What;
+    use crate::transfer::What;
 
     /// A bar that is turned and bent like a cubic, in cells that its edges cut: force and moment of what acts on an edge are those of
     /// integrals along it, once the nodes inside have taken over what the others were given.

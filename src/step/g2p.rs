@@ -1,13 +1,11 @@
-//! Stage 5: velocity, position, deformation and stress of the particles.
+//! Stage 6: velocity, position, deformation and stress of the particles, and in the same pass what they give to the grid next.
 
-use super::{Stepper, with_tile, worth_sharing};
+use super::Stepper;
 use crate::component::StepError;
-use crate::grid::Grid;
 use crate::model::{Model, Pace};
 use crate::scene::Integrator;
-use crate::state::{Bin, State};
-use crate::transfer::{Fault, FaultKind, GatherReport, GatherTask, Kernels, Rows};
-use rayon::prelude::*;
+use crate::state::State;
+use crate::transfer::{GatherTask, Rows, ScatterTask, Sweep, What};
 
 /// What is updated, and by how long a step \[s\].
 #[derive(Debug, Clone, Copy)]
@@ -18,10 +16,22 @@ pub(super) struct Update {
 }
 
 impl Stepper {
-    pub(super) fn grid_to_particles(&mut self, model: &Model, state: &mut State, update: &Update) -> Result<(), StepError> {
-        let shared = worth_sharing(state);
+    /// Updates the particles. Where the scene allows, they give to the grid in the same pass what the coming projection or step sums, if
+    /// there is one: a particle is then loaded once.
+    pub(super) fn grid_to_particles(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        update: &Update,
+        coming: Option<What>,
+    ) -> Result<(), StepError> {
         let paces = matches!(model.pace, Pace::Cfl(_));
-        let task = GatherTask {
+        if let Some(dt) = update.drift {
+            self.look_ahead(model, state, dt);
+        }
+        let stays = update.drift.is_none() || !state.order.is_stale;
+        let coming = coming.filter(|_| model.fuses() && stays);
+        let gather = GatherTask {
             affine: model.needs.affine,
             increment: model.needs.increment,
             flip_share: model.flip_share,
@@ -32,49 +42,26 @@ impl Stepper {
             gradient_is_new: model.integrator == Integrator::Usf,
             gravity: self.gravity,
             body_force: &self.body_force,
+            work: model.needs.work,
             pace: paces,
-            ..GatherTask::new(model, Rows::new(&mut state.particles))
+            // a whole step leaves velocities that the next pass takes from the grid anew
+            keep: model.needs.increment || update.strain.is_none() || update.kick.is_none() || coming.is_none(),
         };
-        sweep(&self.grid, &self.kernels, &state.bins, shared, &task, &mut self.reports);
-        // in the order of the bins, so that sums do not depend on the threads
+        let scatter = coming.map(|what| ScatterTask { what, body_force: &[], relieved: &[] });
+        let shared = super::worth_sharing(state);
+        let sweep = Sweep { model, rows: Rows::new(&mut state.particles), gather: Some(gather), scatter };
+        let report = super::pass::pass(&mut self.grid, &self.kernels, &state.bins, shared, &sweep);
+        if let Some(fault) = report.fault {
+            return Err(super::pass::error(model, state, fault));
+        }
+        self.has_sums = coming.is_some();
+        if update.drift.is_some() {
+            self.look_back(state, &report);
+        }
         if paces && update.strain.is_some() {
-            state.pace = self.reports.iter().map(|r| r.pace).fold(1.0, f64::min);
+            state.pace = report.pace();
         }
-        state.external_work += self.reports.iter().map(|r| r.work).sum::<f64>();
-        match self.reports.iter().find_map(|r| r.fault) {
-            None => Ok(()),
-            Some(fault) => Err(error(model, state, fault)),
-        }
-    }
-}
-
-/// Carries out a task on the particles of all bins. Reports come in the order of the bins.
-pub(super) fn sweep(grid: &Grid, kernels: &Kernels, bins: &[Bin], shared: bool, task: &GatherTask, reports: &mut Vec<GatherReport>) {
-    let of = |b: usize| {
-        let bin = &bins[b];
-        with_tile(|tile| {
-            grid.load(b, bin, task.needs_force(), tile);
-            // SAFETY: bins own their rows; the tile covers the cells of the bin.
-            unsafe { kernels.gather(task, bin.start as usize..bin.end as usize, tile) }
-        })
-    };
-    reports.clear();
-    if shared {
-        (0..bins.len()).into_par_iter().map(of).collect_into_vec(reports);
-    } else {
-        reports.extend((0..bins.len()).map(of));
-    }
-}
-
-pub(super) fn error(model: &Model, state: &State, fault: Fault) -> StepError {
-    let particle = state.particles.id[fault.row] as usize;
-    let position = state.particles.position.row::<3>(fault.row)[..model.dimension].to_vec();
-    let time = state.time;
-    match fault.kind {
-        FaultKind::Inverted(det) => StepError::Inverted { time, particle, position, det },
-        FaultKind::NotFinite => StepError::NotFinite { time, particle, position },
-        FaultKind::Left(place) => StepError::LeftGrid { time, particle, position: place[..model.dimension].to_vec() },
-        FaultKind::WideDomain(length) => StepError::WideDomain { time, particle, position, length },
-        FaultKind::NoThickness => StepError::NoThickness { time, particle, position },
+        state.external_work += report.work;
+        Ok(())
     }
 }

@@ -15,15 +15,14 @@
 //! particles move does not matter at rest. The step is then 2 / sqrt(largest eigenvalue).
 //! The largest eigenvalue comes from a few Lanczos steps in the metric of the strain energy, in which the operator is symmetric.
 
-use super::g2p::sweep;
-use super::p2g::What;
+use super::pass::pass;
 use super::{Stepper, worth_sharing};
 use crate::component::StepError;
 use crate::material::Material;
 use crate::model::{Boundary, Model, Pace};
 use crate::scene::{Integrator, Transfer};
 use crate::state::{State, Table};
-use crate::transfer::{GatherTask, Rows};
+use crate::transfer::{GatherTask, Rows, Sweep, What};
 use nalgebra::DMatrix;
 
 /// Lanczos steps; the residual of the largest Ritz value is added to it, which on the whole makes the estimate smaller with fewer.
@@ -46,6 +45,8 @@ pub(crate) fn stable_step(model: &Model, state: &State) -> Result<f64, StepError
     let n = state.particles.len();
     state.particles.history = Table::new(6, n);
     state.particles.affine = Table::default();
+    // no step went before
+    state.last_step = 0.0;
     let mut stepper = Stepper::new(&model);
     stepper.begin(&model);
     stepper.locate(&model, &mut state)?;
@@ -147,7 +148,7 @@ impl Operator<'_> {
         }
         stepper.surface.clear();
         stepper.particles_to_grid(model, state, What::MassMomentumForce)?;
-        stepper.balance(model, state, 0.0, 0.0, false)?;
+        stepper.balance(model, state, What::MassMomentumForce, 0.0, false)?;
         let nodal = stepper.grid.force.clone();
         stepper.grid.spread_tied(true);
         self.gather(Some(1.0), None);
@@ -180,9 +181,10 @@ impl Operator<'_> {
 
     fn gather(&mut self, kick: Option<f64>, strain: Option<f64>) {
         let shared = worth_sharing(&self.state);
-        let task = GatherTask { kick, strain, ..GatherTask::new(self.model, Rows::new(&mut self.state.particles)) };
-        let Stepper { grid, kernels, reports, .. } = &mut self.stepper;
-        sweep(grid, kernels, &self.state.bins, shared, &task, reports);
+        let gather = GatherTask { kick, strain, ..GatherTask::NOTHING };
+        let Stepper { grid, kernels, .. } = &mut self.stepper;
+        let rows = Rows::new(&mut self.state.particles);
+        pass(grid, kernels, &self.state.bins, shared, &Sweep { model: self.model, rows, gather: Some(gather), scatter: None });
     }
 
     /// Inner product of the strain energy: sum of V0 s : D^-1 : t.
@@ -234,7 +236,7 @@ mod tests {
         let start = energy(&mut stepper, &mut state);
         for _ in 0..400 {
             // thrown out of the grid or turned inside out counts as grown beyond all bounds
-            if stepper.advance(&model, &mut state, dt).is_err() {
+            if stepper.advance(&model, &mut state, dt, None).is_err() {
                 return f64::INFINITY;
             }
         }

@@ -5,6 +5,7 @@ use crate::component::StepError;
 use crate::material::embed;
 use crate::model::{Anchor, Model, Target};
 use crate::state::State;
+use crate::transfer::What;
 use nalgebra::{Matrix3, Vector3};
 
 /// A force on a point that hangs on a particle.
@@ -91,8 +92,14 @@ impl Stepper {
         self.surface.push(PointLoad { anchor, position, force: force(&f) });
     }
 
-    /// Adds the forces of surface and point loads to the nodes. The sum of the forces and of their moments is exact.
-    pub(super) fn add_surface_forces(&mut self, model: &Model, state: &State) {
+    /// Adds the forces of surface and point loads to the nodes, or what they give in a kick. The sum of the forces and of their moments is
+    /// exact.
+    pub(super) fn add_surface_forces(&mut self, model: &Model, state: &State, what: What) {
+        let (to, share) = match what {
+            What::Kicked(kick) => (&mut self.grid.momentum, kick),
+            _ => (&mut self.grid.force, 1.0),
+        };
+        let mut to = std::mem::take(to);
         for load in &self.surface {
             let host = self.lookup[load.anchor.particle as usize] as usize;
             let x: [f64; 3] = state.particles.position.row(host);
@@ -103,9 +110,13 @@ impl Stepper {
             for (node, weight) in self.rows.nodes.iter().zip(&self.rows.weights) {
                 let Some(node) = self.grid.node(field, *node) else { continue };
                 for a in 0..model.dimension {
-                    self.grid.force[node][1 + a] += weight * load.force[a];
+                    to[node][1 + a] += share * weight * load.force[a];
                 }
             }
+        }
+        match what {
+            What::Kicked(_) => self.grid.momentum = to,
+            _ => self.grid.force = to,
         }
     }
 

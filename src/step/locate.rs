@@ -1,26 +1,32 @@
 //! Stage 1: which cells are the particles in.
 
-use super::g2p::error;
+use super::pass::error;
 use super::{Stepper, worth_sharing};
 use crate::component::StepError;
-use crate::grid::{Stray, sort};
+use crate::grid::{LARGEST_DRIFT, sort};
 use crate::model::Model;
-use crate::state::State;
-use crate::transfer::{Fault, FaultKind};
-use rayon::prelude::*;
+use crate::state::{Order, State};
+use crate::transfer::{Fault, FaultKind, SweepReport};
 
-/// Cells of the particles of a bin: lowest and highest.
-pub(super) type Extent = ([i32; 3], [i32; 3]);
+/// Runs of particles in one cell that take as much time as sorting a particle. Sorting is worth its time once it would have saved as much.
+const RUNS_A_SORT: f64 = 0.8;
 
 impl Stepper {
+    /// Sorts the particles where their order does not fit the grid any more.
     pub(crate) fn locate(&mut self, model: &Model, state: &mut State) -> Result<(), StepError> {
-        if state.bins.is_empty() || !self.survey(model, state)? {
-            state.bins = sort(model, self.grid.shape(), &mut state.particles);
+        let is_new = self.grid.homes.is_empty();
+        // also where the drift is no number
+        let fits = !state.bins.is_empty() && !state.order.is_stale && state.order.drift <= LARGEST_DRIFT;
+        if !fits || is_new && !is_near(model, state) {
+            self.check_places(model, state)?;
+            let shared = worth_sharing(state);
+            state.bins = sort(model, self.grid.shape(), &mut state.particles, shared);
+            state.order = Order::default();
             self.lookup.clear();
-            self.grid.homes.clear();
-            self.survey(model, state)?;
+            self.grid.arrange(model, &state.bins);
+        } else if is_new {
+            self.grid.arrange(model, &state.bins);
         }
-        self.grid.settle(model, &state.bins, &self.extents);
         self.matrix_is_current = false;
         self.integration.outdate();
         if model.needs.lookup {
@@ -40,40 +46,57 @@ impl Stepper {
         &self.lookup
     }
 
-    /// Finds the extents of the bins; false where a particle strayed too far from its bin.
-    fn survey(&mut self, model: &Model, state: &State) -> Result<bool, StepError> {
-        let of = |bin| self.grid.survey(&model.axes, &state.particles, bin);
-        let mut found = std::mem::take(&mut self.extents);
-        found.clear();
-        let mut stray = Stray::No;
-        if worth_sharing(state) {
-            let all: Vec<_> = state.bins.par_iter().map(of).collect();
-            for (s, low, high) in all {
-                note(&mut stray, s);
-                found.push((low, high));
-            }
-        } else {
-            for bin in &state.bins {
-                let (s, low, high) = of(bin);
-                note(&mut stray, s);
-                found.push((low, high));
+    /// Decides whether the particles are to be sorted before the next step, before a pass in which they move for `dt` \[s\].
+    ///
+    /// Where particles give in such a pass, weights are not negative and sum to 1: nobody moves faster than the fastest node. But of a node
+    /// with less mass than a particle, which may be thrown far, nobody sees more than the ratio of the masses.
+    pub(super) fn look_ahead(&self, model: &Model, state: &mut State, dt: f64) {
+        let (mut fastest, mut light) = ([0.0f64; 3], [0.0f64; 3]);
+        if model.fuses() {
+            for &[mass, x, y, z] in &self.grid.momentum {
+                let share = mass / model.lightest;
+                let (of, share) = if share < 1.0 { (&mut light, share.max(0.0)) } else { (&mut fastest, 1.0) };
+                for (of, speed) in of.iter_mut().zip([x, y, z]) {
+                    let speed = share * speed.abs();
+                    // a speed that is no number is kept
+                    *of = if speed > *of || speed.is_nan() { speed } else { *of };
+                }
             }
         }
-        self.extents = found;
-        match stray {
-            Stray::No => Ok(true),
-            Stray::Far => Ok(false),
-            Stray::Left(row) => {
-                let kind = FaultKind::of_position(state.particles.position.row(row));
-                Err(error(model, state, Fault { row, kind }))
-            }
+        let nodes = (model.axes[0].width() as f64).powi(model.dimension as i32);
+        let mut reach = (0..model.dimension).map(|a| (fastest[a] + nodes * light[a]) * dt * model.axes[a].inverse_cell());
+        let order = &mut state.order;
+        let is_ragged = order.excess as f64 > RUNS_A_SORT * state.particles.len() as f64;
+        order.is_stale = is_ragged || !reach.all(|reach| order.drift + reach <= LARGEST_DRIFT);
+    }
+
+    /// Notes how well the particles are in order after a pass in which they moved.
+    pub(super) fn look_back(&self, state: &mut State, report: &SweepReport) {
+        let order = &mut state.order;
+        order.drift += report.way;
+        if order.sorted_runs == 0 {
+            order.sorted_runs = report.runs;
+        }
+        order.excess += report.runs.saturating_sub(order.sorted_runs);
+    }
+
+    fn check_places(&self, model: &Model, state: &State) -> Result<(), StepError> {
+        let positions = &state.particles.position;
+        let is_inside = |row: usize| model.axes.iter().enumerate().all(|(a, axis)| axis.holds(positions.column(a)[row]));
+        match (0..state.particles.len()).find(|row| !is_inside(*row)) {
+            None => Ok(()),
+            Some(row) => Err(error(model, state, Fault { row, kind: FaultKind::of_position(positions.row(row)) })),
         }
     }
 }
 
-/// Keeps the worst: the first particle that left, else that one strayed.
-fn note(worst: &mut Stray, next: Stray) {
-    if !matches!(worst, Stray::Left(_)) && next != Stray::No {
-        *worst = next;
-    }
+/// Whether the particles of a state that came from elsewhere are where its bins say.
+fn is_near(model: &Model, state: &State) -> bool {
+    state.bins.iter().all(|bin| {
+        model.axes.iter().enumerate().all(|(a, axis)| {
+            let slot = 3 - model.dimension + a;
+            let cells = bin.low[slot].saturating_sub(1)..=bin.high[slot].saturating_add(1);
+            state.particles.position.column(a)[bin.start as usize..bin.end as usize].iter().all(|x| cells.contains(&axis.cell(*x).0))
+        })
+    })
 }

@@ -2,13 +2,13 @@
 //! the time of the state by the acceleration there.
 
 use super::balance::is_empty;
-use super::g2p::sweep;
 use super::load::{deformation, place_of};
-use super::{Stepper, p2g, worth_sharing};
+use super::pass::pass;
+use super::{Stepper, worth_sharing};
 use crate::component::StepError;
 use crate::model::Model;
 use crate::state::{State, Table};
-use crate::transfer::{GatherTask, Rows};
+use crate::transfer::{GatherTask, Rows, Sweep, What};
 use nalgebra::Vector3;
 
 /// Measures of a state.
@@ -39,13 +39,13 @@ impl Stepper {
         let kick = 0.5 * state.last_step;
         self.locate(model, state)?;
         self.load(model, state)?;
-        self.particles_to_grid(model, state, p2g::What::MassMomentumForce)?;
+        self.particles_to_grid(model, state, What::MassMomentumForce)?;
         let mut measures = Measures { velocity: state.particles.velocity.clone(), ..Measures::default() };
         measures.angular = self.angular_momentum(model, kick);
         let (impulse, work) = (self.impulse.clone(), self.boundary_work);
         self.impulse.resize(model.boundaries.len(), [0.0; 3]);
         let iterations = self.iterations;
-        self.balance(model, state, kick, 0.0, true)?;
+        self.balance(model, state, What::MassMomentumForce, 0.0, true)?;
         self.contact(model, Some(kick));
         (self.impulse, self.boundary_work, self.iterations) = (impulse, work, iterations);
         measures.nodal_kinetic = self.nodal_kinetic_energy(model);
@@ -71,7 +71,7 @@ impl Stepper {
     pub(crate) fn nodal_force(&mut self, model: &Model, state: &mut State, node: [i32; 3]) -> Result<Option<f64>, StepError> {
         self.locate(model, state)?;
         self.load(model, state)?;
-        self.particles_to_grid(model, state, p2g::What::MassMomentumForce)?;
+        self.particles_to_grid(model, state, What::MassMomentumForce)?;
         Ok(self.grid.node(0, node).map(|index| self.grid.force[index][1]))
     }
 
@@ -98,8 +98,8 @@ impl Stepper {
     fn kick_velocity(&mut self, model: &Model, state: &mut State, kick: f64, velocity: &mut Table) {
         let shared = worth_sharing(state);
         let rows = Rows::new(&mut state.particles).with_velocity(velocity);
-        let task = GatherTask { kick: Some(kick), ..GatherTask::new(model, rows) };
-        sweep(&self.grid, &self.kernels, &state.bins, shared, &task, &mut self.reports);
+        let gather = GatherTask { kick: Some(kick), ..GatherTask::NOTHING };
+        pass(&mut self.grid, &self.kernels, &state.bins, shared, &Sweep { model, rows, gather: Some(gather), scatter: None });
     }
 
     /// A probe moves like the Taylor expansion of the grid velocity around its particle.

@@ -5,7 +5,7 @@
 //! 3. [`p2g`]: mass, momentum and forces from the particles to the grid, and from quadrature points ([`integrate`])
 //! 4. [`balance`]: velocity and acceleration of the nodes by the [`mass`] matrix, boundaries
 //! 5. [`contact`]: bodies that meet
-//! 6. [`g2p`]: velocity, position, deformation and stress of the particles
+//! 6. [`g2p`]: velocity, position, deformation and stress of the particles; and, one step having followed another, their sums for it
 //!
 //! The step is a leapfrog: positions and stresses live at the time of the state, velocities half a step before it. The kick is half the
 //! last step and half the coming one, so the first one is half a kick and free fall is exact.
@@ -23,6 +23,7 @@ mod locate;
 mod mass;
 pub(crate) mod measure;
 mod p2g;
+mod pass;
 mod side;
 #[cfg(test)]
 mod slivers;
@@ -32,14 +33,12 @@ mod wrong;
 pub(crate) use wrong::Wrong;
 
 use crate::component::{Fallback, StepError};
-use crate::grid::{Grid, Lanes, Tile};
+use crate::grid::{Grid, Lanes};
 use crate::model::Model;
 use crate::scene::Integrator;
 use crate::state::State;
-use crate::transfer::{GatherReport, Kernels, StencilRows};
+use crate::transfer::{Kernels, StencilRows, What};
 use integrate::{Integration, Rule};
-use rayon::prelude::*;
-use std::cell::RefCell;
 
 /// Kernels and scratch memory of a running scene: nothing in it is needed for a restart.
 pub(crate) struct Stepper {
@@ -59,8 +58,8 @@ pub(crate) struct Stepper {
     kicked: f64,
     /// Work of moving boundaries over this step \[J\].
     boundary_work: f64,
-    reports: Vec<GatherReport>,
-    extents: Vec<locate::Extent>,
+    /// Whether the grid holds what the particles give to the coming projection or step.
+    has_sums: bool,
     rows: StencilRows,
     integration: Integration,
     matrix: mass::MassMatrix,
@@ -92,8 +91,7 @@ impl Stepper {
             impulse: Vec::new(),
             kicked: 0.0,
             boundary_work: 0.0,
-            reports: Vec::new(),
-            extents: Vec::new(),
+            has_sums: false,
             rows: StencilRows::default(),
             integration: Integration::new(model),
             matrix: mass::MassMatrix::default(),
@@ -132,14 +130,22 @@ impl Stepper {
         Fallback { cells, nodes: extender.ragged.len(), contacts: self.contacts }
     }
 
-    /// One step of length `dt` \[s\]. On an error the state is spoilt; the caller holds a copy.
-    pub(crate) fn advance(&mut self, model: &Model, state: &mut State, dt: f64) -> Result<(), StepError> {
+    /// One step of length `dt` \[s\], to be followed at once by one of length `next`, if any. On an error the state is spoilt; the caller
+    /// holds a copy.
+    pub(crate) fn advance(&mut self, model: &Model, state: &mut State, dt: f64, next: Option<f64>) -> Result<(), StepError> {
         use g2p::Update;
         let kick = 0.5 * (state.last_step + dt);
-        self.locate(model, state)?;
-        self.load(model, state)?;
-        self.particles_to_grid(model, state, p2g::What::MassMomentumForce)?;
-        self.balance(model, state, kick, dt, model.needs_nodal_velocity())?;
+        let sums = self.sums_of(model, kick);
+        let coming = next.map(|next| self.sums_of(model, 0.5 * (dt + next)));
+        if std::mem::take(&mut self.has_sums) {
+            self.load(model, state)?;
+            self.take_over_sums(model, state, sums)?;
+        } else {
+            self.locate(model, state)?;
+            self.load(model, state)?;
+            self.particles_to_grid(model, state, sums)?;
+        }
+        self.balance(model, state, sums, dt, model.needs_nodal_velocity())?;
         self.contact(model, Some(kick));
         self.leave_to_light_nodes(model);
         self.mark_held_nodes(model);
@@ -148,18 +154,24 @@ impl Stepper {
             state.external_work += self.side_work(kick, dt);
         }
         match model.integrator {
-            Integrator::Usl => self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: Some(dt), strain: Some(dt) })?,
+            Integrator::Usl => {
+                self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: Some(dt), strain: Some(dt) }, coming)?;
+            }
             Integrator::Usf => {
-                self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: Some(dt), strain: None })?;
-                self.locate(model, state)?;
+                let all = Some(What::MassMomentum);
+                self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: Some(dt), strain: None }, all)?;
+                if !self.has_sums {
+                    self.locate(model, state)?;
+                }
                 self.project(model, state, state.time + 0.5 * dt)?;
-                self.grid_to_particles(model, state, &Update { kick: None, drift: None, strain: Some(dt) })?;
+                self.grid_to_particles(model, state, &Update { kick: None, drift: None, strain: Some(dt) }, coming)?;
             }
             // MUSL: the check leaves only these three to explicit steps of the updated formulation
             _ => {
-                self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: None, strain: None })?;
+                let all = Some(What::MassMomentum);
+                self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: None, strain: None }, all)?;
                 self.project(model, state, state.time + 0.5 * dt)?;
-                self.grid_to_particles(model, state, &Update { kick: None, drift: Some(dt), strain: Some(dt) })?;
+                self.grid_to_particles(model, state, &Update { kick: None, drift: Some(dt), strain: Some(dt) }, coming)?;
             }
         }
         self.close_work(model, state);
@@ -178,24 +190,10 @@ fn worth_sharing(state: &State) -> bool {
     state.particles.len() >= WORTH_SHARING && rayon::current_num_threads() > 1
 }
 
-/// Calls `f` with a tile of this thread.
-fn with_tile<R>(f: impl FnOnce(&mut Tile) -> R) -> R {
-    thread_local!(static TILE: RefCell<Tile> = RefCell::default());
-    TILE.with_borrow_mut(f)
-}
-
-/// Calls `f` for each of `bins`, side by side where that is worth it.
-fn for_each(shared: bool, bins: &[u32], f: impl Fn(usize) + Sync + Send) {
-    if shared {
-        bins.par_iter().for_each(|&b| f(b as usize));
-    } else {
-        bins.iter().for_each(|&b| f(b as usize));
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lanes::Instructions;
     use crate::scene::Scene;
 
     /// The kernels for this CPU and those for any CPU do the same but for round-off.
@@ -236,11 +234,12 @@ mod tests {
                 let mut stepper = Stepper { kernels, ..Stepper::new(&model) };
                 stepper.begin(&model);
                 for _ in 0..50 {
-                    stepper.advance(&model, &mut state, 2e-3).unwrap();
+                    stepper.advance(&model, &mut state, 2e-3, None).unwrap();
                 }
                 state.particles
             };
-            let (wide, portable) = (run(Kernels::new(dimension, degree + 1)), run(Kernels::portable(dimension, degree + 1)));
+            let (wide, portable) =
+                (run(Kernels::new(dimension, degree + 1)), run(Kernels::with(dimension, degree + 1, Instructions::Plain)));
             for axis in 0..dimension {
                 for (a, b) in wide.position.column(axis).iter().zip(portable.position.column(axis)) {
                     // round-off of 50 steps

@@ -2,69 +2,48 @@
 
 use super::balance::{Field, is_empty};
 use super::edge::Edges;
-use super::{Stepper, Wrong, for_each, with_tile, worth_sharing};
+use super::pass::pass;
+use super::{Stepper, Wrong, worth_sharing};
 use crate::basis::BATCH;
 use crate::component::StepError;
-use crate::grid::{Lanes, Tied};
+use crate::grid::{Grid, Tied};
 use crate::model::Model;
 use crate::state::State;
-use crate::transfer::{Rows, ScatterTask};
-
-/// What is summed on the grid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum What {
-    MassMomentumForce,
-    MassMomentum,
-}
-
-/// A pointer that threads share; bins of one colour write to different nodes.
-#[derive(Clone, Copy)]
-struct Shared(*mut Lanes);
-// SAFETY: see `Grid::add`.
-unsafe impl Send for Shared {}
-// SAFETY: see `Grid::add`.
-unsafe impl Sync for Shared {}
-impl Shared {
-    fn get(self) -> *mut Lanes {
-        self.0
-    }
-}
+use crate::transfer::{Rows, ScatterTask, Sweep, What};
 
 impl Stepper {
     pub(super) fn particles_to_grid(&mut self, model: &Model, state: &mut State, what: What) -> Result<(), StepError> {
-        let forces = what == What::MassMomentumForce;
         self.integrate(model, state)?;
-        let shared = worth_sharing(state);
-        self.grid.clear(forces);
-        let momentum = Shared(self.grid.momentum.as_mut_ptr());
-        let force = Shared(self.grid.force.as_mut_ptr());
-        let (grid, kernels, bins) = (&self.grid, &self.kernels, &state.bins);
-        let task = ScatterTask {
-            model,
-            rows: Rows::new(&mut state.particles),
-            forces,
+        let scatter = ScatterTask {
+            what,
             // where mass is integrated, so is what acts on it
             body_force: if model.quadrature_of_velocity { &[] } else { &self.body_force },
             relieved: self.integration.relieved(),
         };
-        for colour in &grid.colours {
-            for_each(shared, colour, |b| {
-                let bin = &bins[b];
-                with_tile(|tile| {
-                    grid.open(b, tile);
-                    // SAFETY: bins own their rows; the tile covers the cells of the bin; bins of one colour touch no common node.
-                    unsafe {
-                        kernels.scatter(&task, bin.start as usize..bin.end as usize, tile);
-                        grid.add(b, bin, tile, momentum.get(), forces.then(|| force.get()));
-                    }
-                });
-            });
+        let shared = worth_sharing(state);
+        let sweep = Sweep { model, rows: Rows::new(&mut state.particles), gather: None, scatter: Some(scatter) };
+        pass(&mut self.grid, &self.kernels, &state.bins, shared, &sweep);
+        self.complete_sums(model, state, what)
+    }
+
+    /// Takes over the sums that the particles gave in the pass before.
+    pub(super) fn take_over_sums(&mut self, model: &Model, state: &mut State, what: What) -> Result<(), StepError> {
+        let Grid { momentum, force, next: [next_momentum, next_force], .. } = &mut self.grid;
+        std::mem::swap(momentum, next_momentum);
+        if what == What::MassMomentumForce {
+            std::mem::swap(force, next_force);
         }
-        if forces {
-            self.add_surface_forces(model, state);
-            if Edges::is_needed(model) {
-                self.add_side_forces(model, state)?;
-            }
+        self.complete_sums(model, state, what)
+    }
+
+    /// Adds what does not come from particles.
+    fn complete_sums(&mut self, model: &Model, state: &mut State, what: What) -> Result<(), StepError> {
+        let forces = what == What::MassMomentumForce;
+        if what != What::MassMomentum {
+            self.add_surface_forces(model, state, what);
+        }
+        if forces && Edges::is_needed(model) {
+            self.add_side_forces(model, state)?;
         }
         self.grid.fold_tied(forces);
         if self.wrong == Some(Wrong::ProductMomentum) {
@@ -87,9 +66,18 @@ impl Stepper {
         Ok(())
     }
 
+    /// What a step sums whose kick has this length \[s\].
+    pub(super) fn sums_of(&self, model: &Model, kick: f64) -> What {
+        if model.merges() && self.wrong.is_none() { What::Kicked(kick) } else { What::MassMomentumForce }
+    }
+
     /// Projects the velocity of the particles anew, M v = sum m v N, with the boundaries at `time`.
     pub(super) fn project(&mut self, model: &Model, state: &mut State, time: f64) -> Result<(), StepError> {
-        self.particles_to_grid(model, state, What::MassMomentum)?;
+        if std::mem::take(&mut self.has_sums) {
+            self.take_over_sums(model, state, What::MassMomentum)?;
+        } else {
+            self.particles_to_grid(model, state, What::MassMomentum)?;
+        }
         self.check_masses(model, time)?;
         if model.projection.is_lumped() {
             for lanes in &mut self.grid.momentum {

@@ -1,10 +1,11 @@
 //! What extended B-splines are for: mass matrix, stable step and error of a body whose edge may cut the cells anywhere.
 
+use super::Stepper;
 use super::limit::stable_step;
-use super::{Stepper, p2g::What};
 use crate::component::Simulation;
 use crate::model::Model;
 use crate::scene::Scene;
+use crate::transfer::What;
 use nalgebra::DMatrix;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -69,7 +70,7 @@ fn figures(scene: &Scene) -> [f64; 2] {
     stepper.locate(&model, &mut state).unwrap();
     stepper.load(&model, &state).unwrap();
     stepper.particles_to_grid(&model, &mut state, What::MassMomentumForce).unwrap();
-    stepper.balance(&model, &mut state, 0.0, 0.0, false).unwrap();
+    stepper.balance(&model, &mut state, What::MassMomentumForce, 0.0, false).unwrap();
     let nodes = stepper.grid.momentum.len();
     let own: Vec<usize> = (0..nodes).filter(|node| stepper.matrix.stands(*node)).collect();
     let mut matrix = DMatrix::zeros(own.len(), own.len());

@@ -100,6 +100,8 @@ impl Updated {
             particles.velocity.set_row(p, &speed);
             particles.acceleration.set_row(p, &pull);
         }
+        // how far they moved nobody has asked
+        state.order.is_stale = true;
         Ok(())
     }
 }

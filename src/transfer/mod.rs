@@ -6,89 +6,79 @@
 //!
 //! Sums over the stencil are carried out axis by axis: what is common to a row of nodes is computed once a row.
 
+mod chunk;
+mod functions;
 mod gather;
-mod lanes;
+mod particle;
 mod rows;
 mod scatter;
 mod stencil;
+mod sweep;
+mod task;
+mod update;
 
-pub(crate) use gather::{Fault, FaultKind, GatherReport, GatherTask};
 pub(crate) use rows::Rows;
-pub(crate) use scatter::ScatterTask;
 pub(crate) use stencil::StencilRows;
+pub(crate) use sweep::Scratch;
+pub(crate) use task::{Fault, FaultKind, GatherTask, ScatterTask, Sweep, SweepReport, What};
 
 use crate::basis::{Axis, BATCH, Places};
-use crate::grid::Tile;
-use lanes::Portable;
+use crate::lanes::{Instructions, Plain};
+use chunk::Chunk;
 use std::ops::Range;
 
 /// The kernels of a scene.
 #[derive(Clone, Copy)]
 pub(crate) struct Kernels {
-    scatter: unsafe fn(&ScatterTask, Range<usize>, &mut Tile),
-    gather: unsafe fn(&GatherTask, Range<usize>, &Tile) -> GatherReport,
+    sweep: unsafe fn(&Sweep, Range<usize>, &mut Scratch) -> SweepReport,
     stencils: fn(&[Axis], &Places<3>, usize, &mut StencilRows),
 }
 
 impl Kernels {
     /// Kernels for a dimension and a width of the stencil, with the widest instructions that this CPU has.
     pub(crate) fn new(dimension: usize, width: usize) -> Self {
-        Self::choose(dimension, width, true)
+        Self::with(dimension, width, Instructions::of_this_cpu())
     }
 
-    /// Kernels that run on any CPU: the slow twin of the others.
-    #[cfg(test)]
-    pub(crate) fn portable(dimension: usize, width: usize) -> Self {
-        Self::choose(dimension, width, false)
-    }
-
-    fn choose(dimension: usize, width: usize, wide: bool) -> Self {
+    /// Kernels with these instructions, which the CPU must have.
+    pub(crate) fn with(dimension: usize, width: usize, instructions: Instructions) -> Self {
         match (dimension, width) {
-            (1, 2) => Self::of::<1, 2>(wide),
-            (1, 3) => Self::of::<1, 3>(wide),
-            (1, 4) => Self::of::<1, 4>(wide),
-            (1, 5) => Self::of::<1, 5>(wide),
-            (1, _) => Self::of::<1, 6>(wide),
-            (2, 2) => Self::of::<2, 2>(wide),
-            (2, 3) => Self::of::<2, 3>(wide),
-            (2, 4) => Self::of::<2, 4>(wide),
-            (2, 5) => Self::of::<2, 5>(wide),
-            (2, _) => Self::of::<2, 6>(wide),
-            (_, 2) => Self::of::<3, 2>(wide),
-            (_, 3) => Self::of::<3, 3>(wide),
-            (_, 4) => Self::of::<3, 4>(wide),
-            (_, 5) => Self::of::<3, 5>(wide),
-            (_, _) => Self::of::<3, 6>(wide),
+            (1, 2) => Self::of::<1, 2>(instructions),
+            (1, 3) => Self::of::<1, 3>(instructions),
+            (1, 4) => Self::of::<1, 4>(instructions),
+            (1, 5) => Self::of::<1, 5>(instructions),
+            (1, _) => Self::of::<1, 6>(instructions),
+            (2, 2) => Self::of::<2, 2>(instructions),
+            (2, 3) => Self::of::<2, 3>(instructions),
+            (2, 4) => Self::of::<2, 4>(instructions),
+            (2, 5) => Self::of::<2, 5>(instructions),
+            (2, _) => Self::of::<2, 6>(instructions),
+            (_, 2) => Self::of::<3, 2>(instructions),
+            (_, 3) => Self::of::<3, 3>(instructions),
+            (_, 4) => Self::of::<3, 4>(instructions),
+            (_, 5) => Self::of::<3, 5>(instructions),
+            (_, _) => Self::of::<3, 6>(instructions),
         }
     }
 
-    fn of<const D: usize, const W: usize>(wide: bool) -> Self {
-        let stencils = stencil::tabulate::<D, W>;
-        #[cfg(target_arch = "x86_64")]
-        if wide && std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
-            return Self { scatter: x86::scatter::<D, W>, gather: x86::gather::<D, W>, stencils };
-        }
-        // elsewhere the portable kernels are already compiled for what every CPU of the kind has
-        let _ = wide;
-        Self { scatter: scatter::scatter::<D, W, Portable>, gather: gather::gather::<D, W, Portable>, stencils }
+    fn of<const D: usize, const W: usize>(instructions: Instructions) -> Self {
+        let sweep = match instructions {
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx512 => x86::avx512::<D, W>,
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx2 => x86::avx2::<D, W>,
+            Instructions::Plain => sweep::sweep::<D, W, Plain>,
+        };
+        Self { sweep, stencils: stencil::tabulate::<D, W> }
     }
 
-    /// Adds mass, momentum and forces of the particles in `range` to the tile.
+    /// Carries out a sweep on the particles in `range`: they take from one tile of `scratch` and give to the other.
     ///
     /// # Safety
-    /// The rows of `range` are this caller's alone, and the tile covers their stencils.
-    pub(crate) unsafe fn scatter(&self, task: &ScatterTask, range: Range<usize>, tile: &mut Tile) {
+    /// The rows of `range` are this caller's alone, and the tiles cover their stencils, before and after they move.
+    pub(crate) unsafe fn sweep(&self, task: &Sweep, range: Range<usize>, scratch: &mut Scratch) -> SweepReport {
         // SAFETY: the caller's promise; the kernel was chosen for this CPU.
-        unsafe { (self.scatter)(task, range, tile) }
-    }
-
-    /// Updates the particles in `range` from the tile.
-    ///
-    /// # Safety
-    /// As for `scatter`.
-    pub(crate) unsafe fn gather(&self, task: &GatherTask, range: Range<usize>, tile: &Tile) -> GatherReport {
-        // SAFETY: the caller's promise; the kernel was chosen for this CPU.
-        unsafe { (self.gather)(task, range, tile) }
+        unsafe { (self.sweep)(task, range, scratch) }
     }
 
     /// Shape functions at the first `count` of some places.
@@ -111,24 +101,24 @@ impl Kernels {
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    //! The same kernels, compiled for CPUs with AVX2 and FMA (all x86-64 since 2013-2015).
-    use super::lanes::Avx2;
+    //! The same kernels, compiled for CPUs with AVX2 and FMA (all x86-64 since 2013-2015) and for those with AVX-512.
     use super::*;
+    use crate::lanes::{Avx2, Avx512};
 
     /// # Safety
-    /// As [`Kernels::scatter`]; the CPU has AVX2 and FMA.
+    /// As [`Kernels::sweep`]; the CPU has AVX2 and FMA.
     #[target_feature(enable = "avx2,fma")]
-    pub(super) unsafe fn scatter<const D: usize, const W: usize>(task: &ScatterTask, range: Range<usize>, tile: &mut Tile) {
+    pub(super) unsafe fn avx2<const D: usize, const W: usize>(task: &Sweep, range: Range<usize>, scratch: &mut Scratch) -> SweepReport {
         // SAFETY: the caller's promise.
-        unsafe { scatter::scatter::<D, W, Avx2>(task, range, tile) }
+        unsafe { sweep::sweep::<D, W, Avx2>(task, range, scratch) }
     }
 
     /// # Safety
-    /// As [`Kernels::gather`]; the CPU has AVX2 and FMA.
-    #[target_feature(enable = "avx2,fma")]
-    pub(super) unsafe fn gather<const D: usize, const W: usize>(task: &GatherTask, range: Range<usize>, tile: &Tile) -> GatherReport {
+    /// As [`Kernels::sweep`]; the CPU has AVX-512 F, DQ and VL.
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+    pub(super) unsafe fn avx512<const D: usize, const W: usize>(task: &Sweep, range: Range<usize>, scratch: &mut Scratch) -> SweepReport {
         // SAFETY: the caller's promise.
-        unsafe { gather::gather::<D, W, Avx2>(task, range, tile) }
+        unsafe { sweep::sweep::<D, W, Avx512>(task, range, scratch) }
     }
 }
 

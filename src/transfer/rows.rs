@@ -18,6 +18,16 @@ impl<const N: usize> Columns<N> {
         }
         Self(columns)
     }
+
+    /// Number `row` of a column.
+    ///
+    /// # Safety
+    /// There is such a column, with such a row.
+    #[inline(always)]
+    pub(crate) unsafe fn at(&self, column: usize, row: usize) -> *mut f64 {
+        // SAFETY: the caller's promise.
+        unsafe { self.0[column].add(row) }
+    }
 }
 
 /// Write access to the particles from several threads.

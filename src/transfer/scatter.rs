@@ -1,182 +1,259 @@
 //! Particles to grid.
 
-use super::lanes::Vector;
-use super::{Rows, nodes};
-use crate::basis::{BATCH, Stencils, Third};
+use super::chunk::{CHUNK, Chunk, load};
+use super::functions::functions;
+use super::gather::places;
+use super::nodes;
+use super::task::{Plan, ScatterTask, Sweep};
+use crate::basis::Third;
 use crate::grid::{Lanes, Tile};
-use crate::material::embed;
-use crate::model::Model;
-use std::ops::Range;
+use crate::lanes::{LANES, Real};
 
-/// What to add to the grid.
-#[derive(Clone, Copy)]
-pub(crate) struct ScatterTask<'a> {
-    pub(crate) model: &'a Model,
-    pub(crate) rows: Rows<'a>,
-    /// Whether forces are added beside mass and momentum.
-    pub(crate) forces: bool,
-    /// Body force (an acceleration) of each particle \[m/s2\] by axis; empty where all particles have the same.
-    pub(crate) body_force: &'a [Vec<f64>],
-    /// Particles whose stress is integrated elsewhere; empty where there are none.
-    pub(crate) relieved: &'a [bool],
+/// The field that packets are for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Field {
+    /// Mass and momentum, with forces where they are merged.
+    Momentum,
+    Force,
 }
 
-/// # Safety
-/// As [`super::Kernels::scatter`].
-#[inline(always)]
-pub(super) unsafe fn scatter<const D: usize, const W: usize, V: Vector>(task: &ScatterTask, range: Range<usize>, tile: &mut Tile) {
-    // the four kinds of particle loops, so that none pays for what it does not do
-    // SAFETY: the caller's promise.
-    unsafe {
-        match (task.model.needs.affine, task.forces) {
-            (false, false) => particles::<D, W, V, false, false>(task, range, tile),
-            (false, true) => particles::<D, W, V, false, true>(task, range, tile),
-            (true, false) => particles::<D, W, V, true, false>(task, range, tile),
-            (true, true) => particles::<D, W, V, true, true>(task, range, tile),
-        }
-    }
+/// Where the velocities and affine matrices of a chunk are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Source {
+    /// With the particles.
+    Rows,
+    /// In the chunk, where the gather of the same sweep put them.
+    Chunk,
 }
 
+/// The middle node of a slot, whose e is minus the sum of the others.
+const fn middle(width: usize) -> usize {
+    width / 2
+}
+
+/// Makes the packets of `count` particles from `first` on, the first of which is number `at` of the chunk. Stresses are in the chunk.
+///
 /// # Safety
-/// As [`super::Kernels::scatter`].
+/// The rows are the caller's; there are at most [`LANES`].
 #[inline(always)]
-unsafe fn particles<const D: usize, const W: usize, V: Vector, const AFFINE: bool, const FORCES: bool>(
+pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real>(
+    sweep: &Sweep,
     task: &ScatterTask,
-    range: Range<usize>,
-    tile: &mut Tile,
+    plan: &Plan,
+    field: Field,
+    source: Source,
+    first: usize,
+    at: usize,
+    count: usize,
+    chunk: &mut Chunk<W>,
 ) {
-    // First the numbers of a few particles, then their sums: the sums then wait for nothing.
-    let third = if AFFINE { Third::Arm } else { Third::Nothing };
-    let (mut stencils, mut packets) = (Stencils::<W>::default(), [Packet::default(); BATCH]);
-    let mut start = range.start;
-    while start < range.end {
-        let count = BATCH.min(range.end - start);
-        // SAFETY: these rows are ours.
-        stencils.set::<D>(&task.model.axes, &unsafe { task.rows.places(task.model, start, start + count) }, third);
-        for (packet, p) in packets[..count].iter_mut().zip(start..) {
-            // SAFETY: row p is ours.
-            unsafe { packet.fill::<D, AFFINE, FORCES>(task, p) };
-        }
-        for (lane, packet) in packets[..count].iter().enumerate() {
-            add::<D, W, V, AFFINE, FORCES>(&stencils, lane, packet, tile);
-        }
-        start += count;
-    }
-}
-
-/// What one particle adds to the grid.
-#[derive(Clone, Copy, Default)]
-struct Packet {
-    /// m, m v.
-    momentum: Lanes,
-    /// m C by slot of the arm: column `slot` of the affine matrix.
-    affine: [Lanes; 3],
-    /// m b.
-    body_force: Lanes,
-    /// -V0 tau by slot of the gradient.
-    stress: [Lanes; 3],
-}
-
-impl Packet {
-    /// # Safety
-    /// Row `p` is the caller's.
-    #[inline(always)]
-    unsafe fn fill<const D: usize, const AFFINE: bool, const FORCES: bool>(&mut self, task: &ScatterTask, p: usize) {
-        let rows = &task.rows;
-        // SAFETY: row p is ours.
-        let velocity = unsafe { rows.vector::<D, 3>(&rows.velocity, p) };
-        let mass = rows.mass[p];
-        self.momentum[0] = mass;
+    let (rows, zero) = (&sweep.rows, V::splat(0.0));
+    let momentum = field == Field::Momentum;
+    let kick = match task.what {
+        super::What::Kicked(kick) => Some(kick),
+        _ => None,
+    };
+    let (affine, stress) = (momentum && sweep.model.needs.affine, !momentum || kick.is_some());
+    // SAFETY: the rows are ours.
+    let (x, half) = unsafe { places::<D, V>(sweep, first, count) };
+    let lines = functions::<D, W, V>(&sweep.model.axes, &plan.inner, &x, &half, if affine { Third::Arm } else { Third::Nothing });
+    // SAFETY: a number a particle.
+    let mass = unsafe { V::load_some(rows.mass.as_ptr().add(first), count) };
+    let mut base = [zero; 4];
+    if momentum {
+        base[0] = mass;
         for a in 0..D {
-            self.momentum[1 + a] = mass * velocity[a];
+            let velocity = match source {
+                // SAFETY: the rows are ours.
+                Source::Rows => unsafe { V::load_some(rows.velocity.at(a, first), count) },
+                Source::Chunk => load(&chunk.velocity[a], at),
+            };
+            base[1 + a] = mass * velocity;
         }
-        if AFFINE {
-            // SAFETY: row p is ours.
-            let c = unsafe { rows.tensor::<D>(&rows.affine, p) };
-            for a in 0..D {
-                for k in 0..D {
-                    self.affine[3 - D + k][1 + a] = mass * c[a][k];
-                }
+    }
+    if stress {
+        for (a, of) in task.body_force.iter().enumerate() {
+            // SAFETY: a number a particle.
+            let force = mass * unsafe { V::load_some(of.as_ptr().add(first), count) };
+            base[1 + a] = V::splat(kick.unwrap_or(1.0)).fma(force, base[1 + a]);
+        }
+    }
+    V::turn(base, &mut chunk.packets[at % CHUNK / LANES].base);
+    for slot in 3 - D..3 {
+        for node in 0..W {
+            lines[slot].value[node].store(&mut chunk.packets[at % CHUNK / LANES].value[slot][node]);
+        }
+        if !(affine || stress) {
+            continue;
+        }
+        let axis = slot + D - 3;
+        let (mut c, mut s) = ([zero; D], [zero; D]);
+        for a in 0..D {
+            if affine {
+                c[a] = mass
+                    * match source {
+                        // SAFETY: the rows are ours, and there is an affine matrix.
+                        Source::Rows => unsafe { V::load_some(rows.affine.at(D * a + axis, first), count) },
+                        Source::Chunk => load(&chunk.affine[a][axis], at),
+                    };
+            }
+            if stress {
+                s[a] = load(&chunk.force[a][axis], at);
             }
         }
-        if FORCES {
-            // SAFETY: row p is ours.
-            let (f, lateral, history) = unsafe { (rows.tensor::<D>(&rows.deformation, p), rows.lateral(p), rows.history(p)) };
-            let relieved = !task.relieved.is_empty() && task.relieved[p];
-            let weight = if relieved { 0.0 } else { -rows.volume[p] };
-            let tau = task.model.material(rows.body[p]).kirchhoff(&embed(&f, lateral), &history);
+        for node in 0..W {
+            if node == middle(W) {
+                continue;
+            }
+            let mut more = [zero; 4];
             for a in 0..D {
-                for k in 0..D {
-                    self.stress[3 - D + k][1 + a] = weight * tau[(a, k)];
-                }
+                more[1 + a] = match (affine, stress) {
+                    (true, true) => lines[slot].third[node].fma(c[a], lines[slot].slope[node] * s[a]),
+                    (true, false) => lines[slot].third[node] * c[a],
+                    _ => lines[slot].slope[node] * s[a],
+                };
             }
-            for (a, b) in task.body_force.iter().enumerate() {
-                self.body_force[1 + a] = mass * b[p];
-            }
+            V::turn(more, &mut chunk.packets[at % CHUNK / LANES].more[slot][node]);
         }
     }
 }
 
-/// Adds the contributions of one particle: m_i += m N, p_i += N (m v + m C (x_i - x_p)), f_i += N m b - V0 tau grad N.
+/// Adds the packets of the first `count` particles of the chunk to a field of the tile: run by run of particles in one cell, whose sums
+/// stay in registers.
 #[inline(always)]
-fn add<const D: usize, const W: usize, V: Vector, const AFFINE: bool, const FORCES: bool>(
-    s: &Stencils<W>,
-    lane: usize,
-    packet: &Packet,
+pub(super) fn add<const D: usize, const W: usize, V: Real, const MORE: bool>(
+    chunk: &Chunk<W>,
+    count: usize,
     tile: &mut Tile,
+    field: Field,
 ) {
-    let load = |l: &Lanes| V::load(l);
-    let (momentum, body_force) = (V::load(&packet.momentum), V::load(&packet.body_force));
-    let (affine, stress) = (packet.affine.each_ref().map(load), packet.stress.each_ref().map(load));
-    let start = tile.frame.index(s.first(lane));
     let stride = tile.frame.stride;
-    for i in 0..nodes::<D, W>(0) {
-        let (n0, d0, g0) = (s.weight[0][i][lane], s.slope[0][i][lane], s.third[0][i][lane]);
-        let mut p0 = V::scale(n0, momentum);
-        let (mut p1, mut p2) = (V::zero(), V::zero());
-        if AFFINE {
-            p0 = V::fma(g0, affine[0], p0);
-            (p1, p2) = (V::scale(n0, affine[1]), V::scale(n0, affine[2]));
+    let to = if field == Field::Momentum { &mut tile.momentum } else { &mut tile.force };
+    let mut start = 0;
+    while start < count.min(CHUNK) {
+        let node = chunk.node[start];
+        let mut end = start + 1;
+        while end < count.min(CHUNK) && chunk.node[end] == node {
+            end += 1;
         }
-        let (mut f0, mut f1, mut f2) = (V::zero(), V::zero(), V::zero());
-        if FORCES {
-            f0 = V::fma(d0, stress[0], V::scale(n0, body_force));
-            (f1, f2) = (V::scale(n0, stress[1]), V::scale(n0, stress[2]));
+        let last = node as usize + (nodes::<D, W>(0) - 1) * stride[0] + (nodes::<D, W>(1) - 1) * stride[1] + W;
+        assert!(last <= to.len(), "a tile covers the stencils of its particles");
+        // SAFETY: the packets are there, and so are the nodes.
+        unsafe { add_run::<D, W, V, MORE>(chunk, start, end, to.as_mut_ptr().add(node as usize), stride) };
+        start = end;
+    }
+}
+
+/// Adds the packets from `start` to below `end`, of one cell.
+///
+/// # Safety
+/// The stencil from node `to` on may be written, and the particles are in the chunk.
+#[inline(always)]
+unsafe fn add_run<const D: usize, const W: usize, V: Real, const MORE: bool>(
+    chunk: &Chunk<W>,
+    start: usize,
+    end: usize,
+    to: *mut Lanes,
+    stride: [usize; 2],
+) {
+    let zero = V::splat(0.0);
+    // sums of two nodes in a row along slot 2
+    let mut sums = [[[zero; 3]; W]; W];
+    for l in start..end {
+        // SAFETY: the particle is in the chunk.
+        let (packets, lane) = unsafe { (chunk.packets.get_unchecked(l / LANES), l % LANES) };
+        let slot = V::slot(lane);
+        let mut n = [[0.0; W]; 2];
+        for s in 0..2 {
+            for k in 0..nodes::<D, W>(s) {
+                // an unused slot has one function, 1
+                n[s][k] = if s < 3 - D { 1.0 } else { packets.value[s][k][lane] };
+            }
         }
-        for j in 0..nodes::<D, W>(1) {
-            let (n1, d1, g1) = (s.weight[1][j][lane], s.slope[1][j][lane], s.third[1][j][lane]);
-            let mut q0 = V::scale(n1, p0);
-            let mut q2 = V::zero();
-            if AFFINE {
-                q0 = V::fma(g1, p1, q0);
-                q2 = V::scale(n1, p2);
-            }
-            let (mut h0, mut h2) = (V::zero(), V::zero());
-            if FORCES {
-                h0 = V::fma(d1, f1, V::scale(n1, f0));
-                h2 = V::scale(n1, f2);
-            }
-            let row = start + i * stride[0] + j * stride[1];
-            let momenta: &mut [Lanes; W] = row_of(&mut tile.momentum, row);
-            for k in 0..W {
-                let mut sum = V::fma(s.weight[2][k][lane], q0, V::load(&momenta[k]));
-                if AFFINE {
-                    sum = V::fma(s.third[2][k][lane], q2, sum);
+        let base = V::both(&packets.base[slot]);
+        for q in 0..W.div_ceil(2) {
+            let pair = if 2 * q + 1 < W {
+                V::pair(packets.value[2][2 * q][lane], packets.value[2][2 * q + 1][lane])
+            } else {
+                V::splat(packets.value[2][2 * q][lane])
+            };
+            // N_k b + e2_k
+            let mut row = base * pair;
+            let (mut e0, mut e1) = ([zero; W], [zero; W]);
+            if MORE {
+                row = base.fma(pair, along::<W, V>(packets, slot, q));
+                if D == 3 {
+                    e0 = across::<W, V>(packets, 0, slot, pair);
                 }
-                sum.store(&mut momenta[k]);
+                if D >= 2 {
+                    e1 = across::<W, V>(packets, 1, slot, pair);
+                }
             }
-            if FORCES {
-                let forces: &mut [Lanes; W] = row_of(&mut tile.force, row);
-                for k in 0..W {
-                    V::fma(s.slope[2][k][lane], h2, V::fma(s.weight[2][k][lane], h0, V::load(&forces[k]))).store(&mut forces[k]);
+            for j in 0..nodes::<D, W>(1) {
+                let weight = V::splat(n[1][j]);
+                let mut plane = if D >= 2 { weight * row } else { row };
+                if MORE && D >= 2 {
+                    plane = weight.fma(row, e1[j]);
+                }
+                for i in 0..nodes::<D, W>(0) {
+                    if D == 3 {
+                        sums[i][j][q] = V::splat(n[0][i]).fma(plane, sums[i][j][q]);
+                        if MORE {
+                            sums[i][j][q] = weight.fma(e0[i], sums[i][j][q]);
+                        }
+                    } else {
+                        sums[i][j][q] = sums[i][j][q] + plane;
+                    }
+                }
+            }
+        }
+    }
+    for i in 0..nodes::<D, W>(0) {
+        for j in 0..nodes::<D, W>(1) {
+            for q in 0..W.div_ceil(2) {
+                // SAFETY: the caller's promise.
+                unsafe {
+                    let node = to.add(i * stride[0] + j * stride[1] + 2 * q).cast::<f64>();
+                    if 2 * q + 1 < W { sums[i][j][q].add_to(node) } else { sums[i][j][q].add_lower_to(node) }
                 }
             }
         }
     }
 }
 
-/// The `W` nodes from `start` on. The tile covers the cells of its bin.
+/// e2 at nodes 2q and 2q + 1 of a particle.
 #[inline(always)]
-fn row_of<const W: usize>(nodes: &mut [Lanes], start: usize) -> &mut [Lanes; W] {
-    nodes[start..].first_chunk_mut().expect("a tile covers the stencils of its particles")
+fn along<const W: usize, V: Real>(packets: &super::chunk::Packets<W>, slot: usize, q: usize) -> V {
+    let of = &packets.more[2];
+    let mut rest = V::splat(0.0);
+    if middle(W) / 2 == q {
+        let mut first = true;
+        for node in 0..W {
+            if node != middle(W) {
+                let e = V::both(&of[node][slot]);
+                rest = if first { e } else { rest + e };
+                first = false;
+            }
+        }
+        rest = -rest;
+    }
+    let at = |node: usize| if node == middle(W) { rest } else { V::both(&of[node][slot]) };
+    if 2 * q + 1 < W { at(2 * q).select(0x0f, at(2 * q + 1)) } else { at(2 * q) }
+}
+
+/// e of slot 0 or 1 times N at two nodes along slot 2.
+#[inline(always)]
+fn across<const W: usize, V: Real>(packets: &super::chunk::Packets<W>, s: usize, slot: usize, pair: V) -> [V; W] {
+    let mut e = [V::splat(0.0); W];
+    let mut rest = V::splat(0.0);
+    let mut first = true;
+    for node in 0..W {
+        if node != middle(W) {
+            e[node] = V::both(&packets.more[s][node][slot]) * pair;
+            rest = if first { e[node] } else { rest + e[node] };
+            first = false;
+        }
+    }
+    e[middle(W)] = -rest;
+    e
 }

@@ -3,6 +3,8 @@
 
 use super::nodes;
 use crate::basis::{Axis, Places, Stencils, Third};
+use crate::grid::Frame;
+use crate::lanes::Real;
 
 /// Shape functions at a few places, place by place.
 #[derive(Debug, Default)]
@@ -13,6 +15,26 @@ pub(crate) struct StencilRows {
     pub(crate) weights: Vec<f64>,
     /// dN/dx \[1/m\] by axis; zero beyond the dimension.
     pub(crate) slopes: Vec<[f64; 3]>,
+}
+
+/// Place in a tile of the first node of eight particles.
+#[inline(always)]
+pub(super) fn first_nodes<const D: usize, const W: usize, V: Real>(
+    axes: &[Axis],
+    x: &[V; D],
+    half: &[V; D],
+    frame: &Frame,
+    to: &mut [u32],
+) {
+    let mut places = Places { position: [[0.0; 8]; D], half: [[0.0; 8]; D] };
+    for a in 0..D {
+        x[a].store(&mut places.position[a]);
+        half[a].store(&mut places.half[a]);
+    }
+    let stencils = Stencils::<W>::at::<D>(axes, &places, Third::Nothing);
+    for (lane, to) in to.iter_mut().enumerate() {
+        *to = frame.index(stencils.first(lane)) as u32;
+    }
 }
 
 /// Writes the shape functions at the first `count` of some places.

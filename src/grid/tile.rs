@@ -1,0 +1,122 @@
+//! The dense copy of the nodes that a bin touches, on which kernels work.
+
+use super::{BlockShape, Grid, Lanes, NONE};
+use crate::state::Bin;
+
+/// Nodes copied at once.
+const SOME: usize = 4;
+
+/// The box of nodes that a tile covers.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Frame {
+    pub(crate) low: [i32; 3],
+    /// Tile nodes from one node to the next along slots 0 and 1; along slot 2 it is 1.
+    pub(crate) stride: [usize; 2],
+    nodes: usize,
+}
+
+impl Frame {
+    /// The two blocks an axis that the particles of a bin touch.
+    fn new(shape: &BlockShape, bin: &Bin) -> Self {
+        let extent: [usize; 3] = std::array::from_fn(|s| if shape.shift[s] == 0 { 1 } else { 2 * shape.size(s) as usize });
+        let low = std::array::from_fn(|s| if shape.shift[s] == 0 { 0 } else { (bin.block[s] << shape.shift[s]) - shape.lead });
+        Self { low, stride: [extent[1] * extent[2], extent[2]], nodes: extent.iter().product() }
+    }
+    /// Tile nodes from one node to the next along a slot.
+    #[inline(always)]
+    pub(crate) fn step(&self, slot: usize) -> usize {
+        if slot == 2 { 1 } else { self.stride[slot] }
+    }
+    /// Place of a node in the tile.
+    #[inline(always)]
+    pub(crate) fn index(&self, node: [i32; 3]) -> usize {
+        let r = |s: usize| (node[s] - self.low[s]) as usize;
+        r(0) * self.stride[0] + r(1) * self.stride[1] + r(2)
+    }
+}
+
+/// A small dense copy of the nodes that a bin touches.
+#[derive(Debug, Default)]
+pub(crate) struct Tile {
+    pub(crate) frame: Frame,
+    pub(crate) momentum: Vec<Lanes>,
+    pub(crate) force: Vec<Lanes>,
+}
+
+impl Grid {
+    /// Makes `tile` cover what a bin touches, filled with zeros.
+    pub(crate) fn open(&self, bin: &Bin, with_force: bool, tile: &mut Tile) {
+        tile.frame = Frame::new(&self.shape, bin);
+        for lanes in [&mut tile.momentum, &mut tile.force].into_iter().take(1 + usize::from(with_force)) {
+            lanes.resize(tile.frame.nodes, Lanes::default());
+            lanes.fill(Lanes::default());
+        }
+    }
+
+    /// Copies the nodes that a bin touches into `tile`.
+    pub(crate) fn load(&self, bin_index: usize, bin: &Bin, with_force: bool, tile: &mut Tile) {
+        let Tile { frame, momentum, force } = tile;
+        *frame = Frame::new(&self.shape, bin);
+        for (to, from) in [(momentum, &self.momentum), (force, &self.force)].into_iter().take(1 + usize::from(with_force)) {
+            // what particles do not touch may be anything
+            to.resize(frame.nodes, Lanes::default());
+            self.for_rows(bin_index, frame, |row, node, length| {
+                let (to, _) = to[row..row + length].as_chunks_mut::<SOME>();
+                let (from, _) = from[node..node + length].as_chunks::<SOME>();
+                for (to, from) in to.iter_mut().zip(from) {
+                    *to = *from;
+                }
+            });
+        }
+    }
+
+    /// Adds `tile` to the nodes that a bin touches.
+    ///
+    /// # Safety
+    /// `momentum` and `force` are arrays of as many nodes as this grid has, and no other bin that is added at the same time touches a common
+    /// node: true for bins of one colour.
+    pub(crate) unsafe fn add(&self, bin_index: usize, tile: &Tile, momentum: *mut Lanes, force: Option<*mut Lanes>) {
+        for (to, from) in [(Some(momentum), &tile.momentum), (force, &tile.force)] {
+            let Some(to) = to else { continue };
+            self.for_rows(bin_index, &tile.frame, |row, node, length| {
+                // SAFETY: rows lie within active blocks, so within the arrays; the caller keeps others away from them.
+                let to = unsafe { std::slice::from_raw_parts_mut(to.add(node), length) };
+                let (to, _) = to.as_chunks_mut::<SOME>();
+                let (from, _) = from[row..row + length].as_chunks::<SOME>();
+                for (to, from) in to.iter_mut().zip(from) {
+                    for (to, from) in to.iter_mut().zip(from) {
+                        for lane in 0..4 {
+                            to[lane] += from[lane];
+                        }
+                    }
+                }
+            });
+        }
+    }
+
+    /// Calls `f(tile row, node row, length)` for each row of nodes of a block in which there is one that a bin touches.
+    #[inline(always)]
+    fn for_rows(&self, bin_index: usize, frame: &Frame, mut f: impl FnMut(usize, usize, usize)) {
+        let (home, shape) = (&self.homes[bin_index], &self.shape);
+        let length = shape.size(2) as usize;
+        for (k, &block) in home.blocks.iter().enumerate() {
+            if block == NONE {
+                continue;
+            }
+            let half = [k >> 2, k >> 1 & 1, k & 1];
+            // nodes of this block that are touched, from its first
+            let start = |s: usize| (home.low[s] - frame.low[s] - ((half[s] as i32) << shape.shift[s])).max(0) as usize;
+            let end = |s: usize| (home.high[s] - frame.low[s] + 1 - ((half[s] as i32) << shape.shift[s])).clamp(0, shape.size(s)) as usize;
+            if start(2) >= end(2) {
+                continue;
+            }
+            let corner = (half[0] << shape.shift[0]) * frame.stride[0] + (half[1] << shape.shift[1]) * frame.stride[1] + half[2] * length;
+            for i in start(0)..end(0) {
+                for j in start(1)..end(1) {
+                    let node = block as usize * shape.nodes + (((i << shape.shift[1]) + j) << shape.shift[2]);
+                    f(corner + i * frame.stride[0] + j * frame.stride[1], node, length);
+                }
+            }
+        }
+    }
+}

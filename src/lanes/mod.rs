@@ -1,0 +1,148 @@
+//! Eight numbers at once: one source of each kernel, compiled for AVX-512, for AVX2 with FMA, and for any CPU.
+//!
+//! Which of them runs is asked of the CPU once, in [`Instructions::of_this_cpu`]. A kernel is generic over [`Real`] and called through a
+//! function that is compiled for the instructions: everything below it must be inlined there, so it is `#[inline(always)]` and made of
+//! plain loops. Closures, and `map` and `from_fn` of arrays of lanes, are functions of their own, which do not inherit the instructions of
+//! their caller: kernels do without.
+//!
+//! Operations on lanes are the same IEEE operations whatever the width of the registers, so AVX-512 and AVX2 give the same bits, and so do
+//! CPUs for which this build knows a fused multiply-add.
+
+mod plain;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+pub(crate) use plain::Plain;
+#[cfg(target_arch = "x86_64")]
+pub(crate) use x86::{Avx2, Avx512};
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// Numbers worked on at once.
+pub(crate) const LANES: usize = 8;
+
+/// One number a lane, in memory.
+pub(crate) type Batch = [f64; LANES];
+
+/// Four numbers of a node: mass (or nothing), then one an axis.
+pub(crate) type Quad = [f64; 4];
+
+/// Lanes of which something is true, a bit each, the first lane the lowest.
+pub(crate) type Mask = u8;
+
+/// Instruction sets that kernels are compiled for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Instructions {
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    /// What every CPU of the target has; on aarch64 that is NEON.
+    Plain,
+}
+
+/// Name of the environment variable that chooses less than the CPU has, for comparisons.
+pub(crate) const CHOICE: &str = "MATPOINT_INSTRUCTIONS";
+
+impl Instructions {
+    /// The widest that this CPU has, unless the environment asks for less.
+    pub(crate) fn of_this_cpu() -> Self {
+        let choice = std::env::var(CHOICE).unwrap_or_default();
+        #[cfg(target_arch = "x86_64")]
+        {
+            use std::arch::is_x86_feature_detected as has;
+            let avx2 = has!("avx2") && has!("fma");
+            if choice.is_empty() && avx2 && has!("avx512f") && has!("avx512dq") && has!("avx512vl") {
+                return Self::Avx512;
+            }
+            if choice != "portable" && avx2 {
+                return Self::Avx2;
+            }
+        }
+        let _ = choice;
+        Self::Plain
+    }
+}
+
+/// Eight numbers, one a lane. Two nodes with a [`Quad`] each are eight numbers too: the lower and the upper half.
+pub(crate) trait Real:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+{
+    fn splat(x: f64) -> Self;
+    fn load(from: &Batch) -> Self;
+    fn store(self, to: &mut Batch);
+    /// The first lane.
+    fn first(self) -> f64;
+
+    /// The first `count` lanes from memory, zeros in the others.
+    ///
+    /// # Safety
+    /// `count` numbers at `from` may be read; `count` is at most [`LANES`].
+    unsafe fn load_some(from: *const f64, count: usize) -> Self;
+
+    /// Writes the first `count` lanes.
+    ///
+    /// # Safety
+    /// `count` numbers at `to` may be written; `count` is at most [`LANES`].
+    unsafe fn store_some(self, to: *mut f64, count: usize);
+
+    /// `self * b + c`, rounded once where the CPU can.
+    fn fma(self, b: Self, c: Self) -> Self;
+    /// `c - self * b`, rounded once where the CPU can.
+    fn fnma(self, b: Self, c: Self) -> Self;
+    fn floor(self) -> Self;
+    fn max(self, other: Self) -> Self;
+    fn min(self, other: Self) -> Self;
+    fn abs(self) -> Self;
+    /// Where `self == other`; false for NaN.
+    fn equal(self, other: Self) -> Mask;
+    /// Where `self < other`; false for NaN.
+    fn below(self, other: Self) -> Mask;
+    /// `self` where the mask is set, else `other`.
+    fn select(self, mask: Mask, other: Self) -> Self;
+
+    /// Whole numbers from 0 to below 2^31.
+    fn store_indices(self, to: &mut [u32; LANES]);
+
+    /// Mantissa in \[0.75, 1.5) and exponent to base 2 of positive numbers.
+    fn split(self) -> (Self, Self);
+
+    /// The same quad in both halves.
+    fn both(quad: &Quad) -> Self;
+    /// `a` in all of the lower half, `b` in all of the upper.
+    fn pair(a: f64, b: f64) -> Self;
+    /// Adds the lower half to a node.
+    ///
+    /// # Safety
+    /// Four numbers at `to` may be read and written.
+    unsafe fn add_lower_to(self, to: *mut f64);
+    /// Adds both halves to two nodes in a row.
+    ///
+    /// # Safety
+    /// Eight numbers at `to` may be read and written.
+    unsafe fn add_to(self, to: *mut f64);
+    /// Turns four fields with a lane a particle into a quad a particle, that of lane l at [`Real::slot`] of l.
+    fn turn(fields: [Self; 4], to: &mut [Quad; LANES]);
+    /// Where [`Real::turn`] puts a lane.
+    fn slot(lane: usize) -> usize;
+
+    /// Natural logarithm of positive numbers: ln x = e ln 2 + 2 artanh((m - 1) / (m + 1)), the series to its 12th term, whose remainder is
+    /// below the round-off as |(m - 1) / (m + 1)| <= 1/5.
+    #[inline(always)]
+    fn ln(self) -> Self {
+        let (mantissa, exponent) = self.split();
+        let one = Self::splat(1.0);
+        let s = (mantissa - one) / (mantissa + one);
+        let square = s * s;
+        let mut sum = Self::splat(2.0 / 23.0);
+        let mut n = 21.0;
+        while n > 0.0 {
+            sum = sum.fma(square, Self::splat(2.0 / n));
+            n -= 2.0;
+        }
+        exponent.fma(Self::splat(std::f64::consts::LN_2), sum * s)
+    }
+}
+
+#[cfg(test)]
+mod tests;

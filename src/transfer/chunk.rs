@@ -1,0 +1,76 @@
+//! What is known of a few particles between the stages of a sweep, component by component.
+
+use crate::lanes::{Batch, LANES, Quad, Real};
+
+/// Particles of a chunk. Few enough for their numbers to stay in the cache of a core, enough for the stages to overlap.
+pub(super) const CHUNK: usize = 64;
+
+/// A number a particle. Eight may be written wherever a particle is, so there is room for some that are not there.
+pub(super) type Column = [f64; CHUNK + LANES];
+
+/// Memory of a sweep; of use to nobody after it.
+#[repr(C, align(64))]
+pub(super) struct Chunk<const W: usize> {
+    /// Index of the first node of each particle in the tile of its bin.
+    pub(super) node: [u32; CHUNK + LANES],
+    /// Velocity of the grid, later of the particle.
+    pub(super) velocity: [Column; 3],
+    /// Acceleration of the grid; the first is a mark (see `Stepper::mark_held_nodes`).
+    pub(super) acceleration: [Column; 4],
+    /// Derivative of the velocity of the grid, by component and axis.
+    pub(super) gradient: [[Column; 3]; 3],
+    /// Affine matrix, by component and axis.
+    pub(super) affine: [[Column; 3]; 3],
+    /// -V0 tau, times the kick where forces are merged with momenta.
+    pub(super) force: [[Column; 3]; 3],
+    pub(super) packets: [Packets<W>; CHUNK / LANES],
+}
+
+/// What eight particles add to the grid.
+///
+/// A particle adds to node (i, j, k) the field f = N_i N_j N_k b + e0_i N_j N_k + N_i e1_j N_k + N_i N_j e2_k with b of mass and momentum, and
+/// e of what grows with the distance (the affine matrix) or goes by a slope (the stress). As the sum of all N is 1 and that of all
+/// slopes and arms 0, the sum of e along an axis vanishes: the one of the middle node is minus those of the others and not kept.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+pub(super) struct Packets<const W: usize> {
+    pub(super) base: [Quad; LANES],
+    /// e by slot and node; that of the middle node is not used.
+    pub(super) more: [[[Quad; LANES]; W]; 3],
+    /// N by slot and node.
+    pub(super) value: [[Batch; W]; 3],
+}
+
+/// Memory for the chunks of one thread.
+#[derive(Debug, Default)]
+pub(crate) struct ChunkMemory(Vec<Aligned>);
+
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+struct Aligned([f64; LANES]);
+
+impl ChunkMemory {
+    /// A chunk of any content.
+    pub(super) fn chunk<const W: usize>(&mut self) -> &mut Chunk<W> {
+        let lines = size_of::<Chunk<W>>() / size_of::<Aligned>();
+        if self.0.len() < lines {
+            self.0.resize(lines, Aligned([0.0; LANES]));
+        }
+        // SAFETY: the memory is as large and as aligned as a chunk, and a chunk is made of numbers, for which any bits will do.
+        unsafe { &mut *self.0.as_mut_ptr().cast::<Chunk<W>>() }
+    }
+}
+
+/// Eight numbers from a particle of the chunk on.
+#[inline(always)]
+pub(super) fn load<V: Real>(column: &Column, at: usize) -> V {
+    // SAFETY: there is room for eight numbers from any particle on.
+    V::load(unsafe { &*column.as_ptr().add(at % CHUNK).cast::<Batch>() })
+}
+
+/// Writes eight numbers from a particle of the chunk on.
+#[inline(always)]
+pub(super) fn store<V: Real>(column: &mut Column, at: usize, value: V) {
+    // SAFETY: there is room for eight numbers from any particle on.
+    value.store(unsafe { &mut *column.as_mut_ptr().add(at % CHUNK).cast::<Batch>() });
+}

@@ -1,0 +1,185 @@
+//! What a sweep over the particles is to do, and what came of it.
+
+use super::Rows;
+use crate::basis::Inner;
+use crate::material::Material;
+use crate::model::Model;
+
+/// What a sweep does: the particles take from the grid, give to it, or first the one and then the other.
+#[derive(Clone, Copy)]
+pub(crate) struct Sweep<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) rows: Rows<'a>,
+    pub(crate) gather: Option<GatherTask<'a>>,
+    pub(crate) scatter: Option<ScatterTask<'a>>,
+}
+
+/// What the particles take from the grid.
+#[derive(Clone, Copy)]
+pub(crate) struct GatherTask<'a> {
+    /// Whether the affine matrix of APIC is taken from the grid with a kick.
+    pub(crate) affine: bool,
+    /// Whether nodal accelerations are taken from the grid with a kick.
+    pub(crate) increment: bool,
+    /// Share of FLIP in a kick; at 0 the acceleration is what the nodal velocity has not got.
+    pub(crate) flip_share: f64,
+    /// Share of its own velocity with which a particle moves where it separates (ASFLIP).
+    pub(crate) separation: f64,
+    /// Length of the change of velocity \[s\]; `None` keeps the velocity.
+    pub(crate) kick: Option<f64>,
+    /// Length of the motion \[s\]; `None` keeps the position.
+    pub(crate) drift: Option<f64>,
+    /// Length of the straining \[s\]; `None` keeps deformation and stress.
+    pub(crate) strain: Option<f64>,
+    /// Whether the velocity gradient refers to the positions after the motion (USF), so that F' = (I - dt L)^-1 F, else
+    /// F' = (I + dt L) F. Either way F stays the gradient of the motion of the particles, without drift.
+    pub(crate) gradient_is_new: bool,
+    /// Acceleration of everything \[m/s2\], for the work of the loads.
+    pub(crate) gravity: [f64; 3],
+    /// Body force of each particle \[m/s2\] by axis, for the work of the loads.
+    pub(crate) body_force: &'a [Vec<f64>],
+    /// Whether somebody asks for the work of the loads.
+    pub(crate) work: bool,
+    /// Whether the next step depends on wave and particle speed.
+    pub(crate) pace: bool,
+    /// Whether velocities and affine matrices are written to the particles; without, the scatter of the same sweep alone sees them.
+    pub(crate) keep: bool,
+}
+
+impl GatherTask<'_> {
+    /// A task that changes nothing yet: pure FLIP, no loads.
+    pub(crate) const NOTHING: Self = Self {
+        affine: false,
+        increment: true,
+        flip_share: 1.0,
+        separation: 0.0,
+        kick: None,
+        drift: None,
+        strain: None,
+        gradient_is_new: false,
+        gravity: [0.0; 3],
+        body_force: &[],
+        work: false,
+        pace: false,
+        keep: true,
+    };
+
+    /// Whether the accelerations of the nodes are used.
+    pub(crate) fn needs_force(&self) -> bool {
+        self.kick.is_some() && self.increment
+    }
+}
+
+/// What the particles give to the grid.
+#[derive(Clone, Copy)]
+pub(crate) struct ScatterTask<'a> {
+    pub(crate) what: What,
+    /// Body force (an acceleration) of each particle \[m/s2\] by axis; empty where all particles have the same.
+    pub(crate) body_force: &'a [Vec<f64>],
+    /// Particles whose stress is integrated elsewhere; empty where there are none.
+    pub(crate) relieved: &'a [bool],
+}
+
+/// What is summed on the grid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum What {
+    MassMomentum,
+    /// Forces too, in a field of their own.
+    MassMomentumForce,
+    /// Mass, and momentum after a kick of this length \[s\] by the forces.
+    Kicked(f64),
+}
+
+/// What came of a sweep.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SweepReport {
+    /// First particle in memory that failed.
+    pub(crate) fault: Option<Fault>,
+    /// Work of gravity and body forces \[J\].
+    pub(crate) work: f64,
+    /// Largest ratio of the wave modulus of a particle to that at rest.
+    pub(crate) stiffening: f64,
+    /// Largest square of the ratio of the speed of a particle to its wave speed at rest.
+    pub(crate) speed: f64,
+    /// Longest way of a particle along an axis \[cells\].
+    pub(crate) way: f64,
+    /// Runs of particles in one cell, one after the other in memory.
+    pub(crate) runs: u64,
+}
+
+impl SweepReport {
+    /// A sweep that found nothing.
+    pub(crate) const NOTHING: Self = Self { fault: None, work: 0.0, stiffening: 0.0, speed: 0.0, way: 0.0, runs: 0 };
+
+    /// At most the smallest ratio of the wave speed at time 0 to wave plus particle speed now.
+    pub(crate) fn pace(&self) -> f64 {
+        1.0 / (self.stiffening.max(1.0).sqrt() + self.speed.sqrt())
+    }
+
+    /// Takes over what comes later in memory.
+    pub(crate) fn join(&mut self, later: &Self) {
+        self.fault = self.fault.or(later.fault);
+        self.work += later.work;
+        self.stiffening = self.stiffening.max(later.stiffening);
+        self.speed = self.speed.max(later.speed);
+        // a way that is no number is kept
+        self.way = if later.way > self.way || later.way.is_nan() { later.way } else { self.way };
+        self.runs += later.runs;
+    }
+}
+
+/// A particle that could not be updated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Fault {
+    pub(crate) row: usize,
+    pub(crate) kind: FaultKind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum FaultKind {
+    /// Determinant of the deformation gradient that is not positive.
+    Inverted(f64),
+    NotFinite,
+    NoThickness,
+    /// Length of the domain \[m\].
+    WideDomain(f64),
+    /// Moved to a place outside the grid.
+    Left([f64; 3]),
+}
+
+impl FaultKind {
+    /// What is wrong with a position that is not in the grid.
+    pub(crate) fn of_position(position: [f64; 3]) -> Self {
+        if position.iter().all(|x| x.is_finite()) { Self::Left(position) } else { Self::NotFinite }
+    }
+
+    /// What is wrong with a volume ratio that is not a positive number.
+    pub(crate) fn of_jacobian(jacobian: f64) -> Self {
+        if jacobian.is_finite() { Self::Inverted(jacobian) } else { Self::NotFinite }
+    }
+}
+
+/// What a sweep asks of its scene once.
+#[derive(Clone, Copy)]
+pub(super) struct Plan {
+    /// Cells whose functions are the same, by axis.
+    pub(super) inner: [Option<Inner>; 3],
+    /// Whether the particles are updated eight at a time: all neo-Hookean, and nothing that is worked out for one at a time.
+    pub(super) update_in_lanes: bool,
+    /// Whether stresses are.
+    pub(super) stress_in_lanes: bool,
+}
+
+impl Plan {
+    pub(super) fn new(sweep: &Sweep) -> Self {
+        let model = sweep.model;
+        let mut inner = [None; 3];
+        for (inner, axis) in inner.iter_mut().zip(&model.axes) {
+            *inner = axis.inner();
+        }
+        let plain = model.bodies.iter().all(|body| matches!(body.material, Material::NeoHookean(_))) && !model.embedding.stress_free;
+        let one_by_one = |task: &GatherTask| task.separation > 0.0 || task.gradient_is_new && task.strain.is_some();
+        let update_in_lanes = plain && model.domains != Some(true) && !sweep.gather.as_ref().is_some_and(one_by_one);
+        Self { inner, update_in_lanes, stress_in_lanes: plain }
+    }
+}

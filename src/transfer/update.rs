@@ -1,0 +1,333 @@
+//! The update of the particles from what they took from the grid: eight at a time, where that is worth it.
+
+use super::chunk::{Chunk, load, store};
+use super::task::{Fault, FaultKind, GatherTask, Plan, Sweep, SweepReport};
+use crate::lanes::{Batch, LANES, Mask, Real};
+use crate::material::Material;
+
+/// Largest of some numbers, lane by lane (see [`SweepReport`]).
+pub(super) struct Extremes<V> {
+    way: V,
+    stiffening: V,
+    speed: V,
+}
+
+impl<V: Real> Extremes<V> {
+    /// Of no particles.
+    #[inline(always)]
+    pub(super) fn none() -> Self {
+        let zero = V::splat(0.0);
+        Self { way: zero, stiffening: zero, speed: zero }
+    }
+
+    /// Tells the report.
+    #[inline(always)]
+    pub(super) fn report(&self, report: &mut SweepReport) {
+        let (mut way, mut stiffening, mut speed) = (Batch::default(), Batch::default(), Batch::default());
+        self.way.store(&mut way);
+        self.stiffening.store(&mut stiffening);
+        self.speed.store(&mut speed);
+        for lane in 0..LANES {
+            report.way = report.way.max(way[lane]);
+            report.stiffening = report.stiffening.max(stiffening[lane]);
+            report.speed = report.speed.max(speed[lane]);
+        }
+    }
+}
+
+/// Velocity, position and deformation of `count` particles from `first` on, the first of which is number `at` of the chunk.
+///
+/// # Safety
+/// The rows are the caller's; there are at most [`LANES`].
+#[inline(always)]
+pub(super) unsafe fn update<const D: usize, const W: usize, V: Real>(
+    sweep: &Sweep,
+    task: &GatherTask,
+    plan: &Plan,
+    first: usize,
+    at: usize,
+    count: usize,
+    chunk: &mut Chunk<W>,
+    extremes: &mut Extremes<V>,
+    report: &mut SweepReport,
+) {
+    if !plan.update_in_lanes {
+        for lane in 0..count {
+            // SAFETY: the row is ours.
+            unsafe { super::particle::update::<D, W>(sweep, task, first + lane, at + lane, chunk, report) };
+        }
+        return;
+    }
+    let rows = &sweep.rows;
+    let all = ((1u32 << count) - 1) as Mask;
+    let mut velocity = [V::splat(0.0); D];
+    for a in 0..D {
+        velocity[a] = load(&chunk.velocity[a], at);
+    }
+    let grid_velocity = velocity;
+    if let Some(kick) = task.kick {
+        if task.increment {
+            for a in 0..D {
+                let change = V::splat(kick) * load(&chunk.acceleration[1 + a], at);
+                // SAFETY: the rows are ours.
+                let flip = unsafe { V::load_some(rows.velocity.at(a, first), count) } + change;
+                // a pure FLIP must not touch the PIC velocity: 0 times it may lose the last bit
+                velocity[a] = if task.flip_share == 1.0 {
+                    flip
+                } else if task.flip_share == 0.0 {
+                    velocity[a] + change
+                } else {
+                    V::splat(task.flip_share) * flip + V::splat(1.0 - task.flip_share) * velocity[a]
+                };
+            }
+        }
+        for a in 0..D {
+            store(&mut chunk.velocity[a], at, velocity[a]);
+            if task.keep {
+                // SAFETY: the rows are ours.
+                unsafe { velocity[a].store_some(rows.velocity.at(a, first), count) };
+            }
+            if task.affine && task.keep {
+                for k in 0..D {
+                    // SAFETY: the rows are ours, and there is an affine matrix.
+                    unsafe { load::<V>(&chunk.affine[a][k], at).store_some(rows.affine.at(D * a + k, first), count) };
+                }
+            }
+        }
+    }
+    let mut faulty = 0;
+    if let Some(dt) = task.drift {
+        let (mut work, mut way) = (V::splat(0.0), V::splat(0.0));
+        let (mut old, mut new, mut inside) = ([V::splat(0.0); D], [V::splat(0.0); D], all);
+        for a in 0..D {
+            // SAFETY: the rows are ours.
+            old[a] = unsafe { V::load_some(rows.position.at(a, first), count) };
+            let motion = V::splat(dt) * grid_velocity[a];
+            new[a] = old[a] + motion;
+            let axis = &sweep.model.axes[a];
+            way = way.max((motion * V::splat(axis.inverse_cell())).abs().select(all, V::splat(0.0)));
+            let s = (new[a] - V::splat(axis.origin())) * V::splat(axis.inverse_cell());
+            let (low, high) = axis.ends_of_places();
+            // also outside where the position is no number
+            inside &= !s.below(V::splat(low)) & !V::splat(high).below(s) & s.equal(s);
+            if task.work {
+                let mut body_force = V::splat(task.gravity[a]);
+                if let Some(own) = task.body_force.get(a) {
+                    // SAFETY: a number a particle.
+                    body_force = body_force + unsafe { V::load_some(own.as_ptr().add(first), count) };
+                }
+                work = body_force.fma(motion, work);
+            }
+        }
+        extremes.way = extremes.way.max(way);
+        faulty |= all & !inside;
+        if faulty != 0 {
+            let mut places = [Batch::default(); 3];
+            for a in 0..D {
+                new[a].store(&mut places[a]);
+            }
+            let lane = faulty.trailing_zeros() as usize;
+            let place = [places[0][lane], places[1][lane], places[2][lane]];
+            note(report, Fault { row: first + lane, kind: FaultKind::of_position(place) });
+        }
+        for a in 0..D {
+            // where it left the grid the old position stays, for the error to tell
+            let kept = new[a].select(inside, old[a]);
+            // SAFETY: the rows are ours.
+            unsafe { kept.store_some(rows.position.at(a, first), count) };
+        }
+        if task.work {
+            // SAFETY: a number a particle.
+            let work = work * unsafe { V::load_some(rows.mass.as_ptr().add(first), count) };
+            let mut of = Batch::default();
+            work.store(&mut of);
+            for lane in 0..count {
+                report.work += of[lane];
+            }
+        }
+    }
+    let Some(dt) = task.strain else { return };
+    let mut f = [[V::splat(0.0); D]; D];
+    for r in 0..D {
+        for c in 0..D {
+            // SAFETY: the rows are ours.
+            f[r][c] = unsafe { V::load_some(rows.deformation.at(D * r + c, first), count) };
+        }
+    }
+    let old = f;
+    for r in 0..D {
+        for c in 0..D {
+            let mut rate = load::<V>(&chunk.gradient[r][0], at) * old[0][c];
+            for k in 1..D {
+                rate = load::<V>(&chunk.gradient[r][k], at).fma(old[k][c], rate);
+            }
+            f[r][c] = V::splat(dt).fma(rate, old[r][c]);
+        }
+    }
+    let jacobian = determinant(&f);
+    // also not sound where it is no number
+    let sound = V::splat(0.0).below(jacobian) & jacobian.below(V::splat(f64::INFINITY));
+    let inverted = all & !sound & !faulty;
+    if inverted != 0 {
+        let mut of = Batch::default();
+        jacobian.store(&mut of);
+        let lane = inverted.trailing_zeros() as usize;
+        note(report, Fault { row: first + lane, kind: FaultKind::of_jacobian(of[lane]) });
+    }
+    for r in 0..D {
+        for c in 0..D {
+            // SAFETY: the rows are ours.
+            unsafe { f[r][c].store_some(rows.deformation.at(D * r + c, first), count) };
+        }
+    }
+    if task.pace {
+        // SAFETY: the rows are ours.
+        let velocity = if task.kick.is_some() { velocity } else { unsafe { velocities::<D, V>(sweep, first, count) } };
+        pace::<D, V>(sweep, first, count, &f, jacobian, &velocity, extremes);
+    }
+}
+
+/// Velocities of the particles from `first` on.
+///
+/// # Safety
+/// The rows are the caller's.
+#[inline(always)]
+unsafe fn velocities<const D: usize, V: Real>(sweep: &Sweep, first: usize, count: usize) -> [V; D] {
+    let mut velocity = [V::splat(0.0); D];
+    for a in 0..D {
+        // SAFETY: the rows are ours.
+        velocity[a] = unsafe { V::load_some(sweep.rows.velocity.at(a, first), count) };
+    }
+    velocity
+}
+
+/// Keeps the first fault in memory.
+#[cold]
+fn note(report: &mut SweepReport, fault: Fault) {
+    if report.fault.is_none_or(|known| fault.row < known.row) {
+        report.fault = Some(fault);
+    }
+}
+
+/// Stiffness and speed of neo-Hookean particles (see `neo_hookean::wave_modulus`).
+#[inline(always)]
+fn pace<const D: usize, V: Real>(
+    sweep: &Sweep,
+    first: usize,
+    count: usize,
+    f: &[[V; D]; D],
+    jacobian: V,
+    velocity: &[V; D],
+    extremes: &mut Extremes<V>,
+) {
+    let (one, two) = (V::splat(1.0), V::splat(2.0));
+    let mut stretch = one;
+    for i in 0..D {
+        let mut row = dot(&f[i], &f[0]).abs();
+        for j in 1..D {
+            row = row + dot(&f[i], &f[j]).abs();
+        }
+        stretch = stretch.max(row);
+    }
+    let compression = (-jacobian.ln()).max(V::splat(0.0));
+    let (lambda, mu) = lame::<V>(sweep, first, count);
+    let at_rest = two.fma(mu, lambda);
+    let stiffening = (two * mu).fma(stretch, lambda.fma(compression, lambda)) / at_rest;
+    let mut density = [sweep.model.bodies[0].density; LANES];
+    if sweep.model.bodies.len() > 1 {
+        for lane in 0..count {
+            density[lane] = sweep.model.bodies[sweep.rows.body[first + lane] as usize].density;
+        }
+    }
+    let speed = dot(velocity, velocity) * V::load(&density) / at_rest;
+    // lanes without a particle say nothing
+    let all = ((1u32 << count) - 1) as Mask;
+    extremes.stiffening = extremes.stiffening.max(stiffening.select(all, one));
+    extremes.speed = extremes.speed.max(speed.select(all, V::splat(0.0)));
+}
+
+#[inline(always)]
+fn dot<const D: usize, V: Real>(a: &[V; D], b: &[V; D]) -> V {
+    let mut sum = a[0] * b[0];
+    for k in 1..D {
+        sum = a[k].fma(b[k], sum);
+    }
+    sum
+}
+
+/// Determinant of the deformation gradient; 1 across what is not there.
+#[inline(always)]
+pub(super) fn determinant<const D: usize, V: Real>(f: &[[V; D]; D]) -> V {
+    match D {
+        1 => f[0][0],
+        2 => f[0][1].fnma(f[1][0], f[0][0] * f[1][1]),
+        _ => {
+            let m0 = f[1][2].fnma(f[2][1], f[1][1] * f[2][2]);
+            let m1 = f[1][2].fnma(f[2][0], f[1][0] * f[2][2]);
+            let m2 = f[1][1].fnma(f[2][0], f[1][0] * f[2][1]);
+            f[0][2].fma(m2, f[0][1].fnma(m1, f[0][0] * m0))
+        }
+    }
+}
+
+/// -V0 tau of `count` particles from `first` on, times `scale`, for the packets.
+///
+/// # Safety
+/// The rows are the caller's; there are at most [`LANES`].
+#[inline(always)]
+pub(super) unsafe fn stress<const D: usize, const W: usize, V: Real>(
+    sweep: &Sweep,
+    plan: &Plan,
+    scale: f64,
+    relieved: &[bool],
+    first: usize,
+    at: usize,
+    count: usize,
+    chunk: &mut Chunk<W>,
+) {
+    if !plan.stress_in_lanes || !relieved.is_empty() {
+        for lane in 0..count {
+            // SAFETY: the row is ours.
+            unsafe { super::particle::stress::<D, W>(sweep, scale, relieved, first + lane, at + lane, chunk) };
+        }
+        return;
+    }
+    let rows = &sweep.rows;
+    let mut f = [[V::splat(0.0); D]; D];
+    for r in 0..D {
+        for c in 0..D {
+            // SAFETY: the rows are ours.
+            f[r][c] = unsafe { V::load_some(rows.deformation.at(D * r + c, first), count) };
+        }
+    }
+    // SAFETY: the rows are ours.
+    let weight = V::splat(-scale) * unsafe { V::load_some(rows.volume.as_ptr().add(first), count) };
+    let (lambda, mu) = lame::<V>(sweep, first, count);
+    let pressure = lambda.fma(determinant(&f).ln(), -mu);
+    for r in 0..D {
+        for c in r..D {
+            let b = dot(&f[r], &f[c]);
+            let tau = weight * if r == c { mu.fma(b, pressure) } else { mu * b };
+            store(&mut chunk.force[r][c], at, tau);
+            if r != c {
+                store(&mut chunk.force[c][r], at, tau);
+            }
+        }
+    }
+}
+
+/// Lamé constants of the particles from `first` on.
+#[inline(always)]
+fn lame<V: Real>(sweep: &Sweep, first: usize, count: usize) -> (V, V) {
+    let of = |material: &Material| (material.lame().lambda, material.lame().mu);
+    if sweep.model.bodies.len() == 1 {
+        let (lambda, mu) = of(&sweep.model.bodies[0].material);
+        return (V::splat(lambda), V::splat(mu));
+    }
+    // lanes without a particle get what can be divided by
+    let (mut lambda, mut mu) = ([1.0; LANES], [1.0; LANES]);
+    for lane in 0..count {
+        (lambda[lane], mu[lane]) = of(sweep.model.material(sweep.rows.body[first + lane]));
+    }
+    (V::load(&lambda), V::load(&mu))
+}
