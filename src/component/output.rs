@@ -64,6 +64,11 @@ impl Quantity {
                 | VelocityError
         )
     }
+    /// Whether it needs more than the nodes and what never changes.
+    fn is_of_particles(self) -> bool {
+        use Quantity::*;
+        !matches!(self, Mass | Body | External | Reaction(_) | Input(_))
+    }
     /// Whether it is a place of a probe, which nodes that are remembered know better than its particle does.
     fn is_of_a_probe(self) -> bool {
         matches!(self, Self::ProbePosition(_) | Self::ProbeDisplacement(_))
@@ -213,6 +218,12 @@ impl Outputs {
     pub(super) fn outdate(&mut self) {
         self.measures = None;
         self.entries.iter_mut().for_each(|e| e.fresh = false);
+    }
+
+    /// Whether a variable is to be computed from the tables of the particles.
+    pub(super) fn needs_particles(&self, index: usize) -> bool {
+        let entry = &self.entries[index];
+        !entry.fresh && entry.quantity.is_of_particles()
     }
 
     pub(super) fn needs_measures(&self, index: usize) -> bool {

@@ -120,6 +120,15 @@ impl Action {
         Self::Fixed(fixed.into_iter().collect())
     }
 
+    /// Appends what the forces of a load at a time are computed from: if that is the same, so are they. NaN where they follow the body.
+    pub(super) fn source(&self, load: &Load, input: &[f64], time: f64, to: &mut Vec<f64>) {
+        match self {
+            Self::Fixed(_) => to.extend(load.signal.value([0.0; 3], time, input)),
+            Self::Varying(_) | Self::Dead(_) => to.push(time),
+            Self::Follower(_) => to.push(f64::NAN),
+        }
+    }
+
     /// Adds the forces of a load at the time of the state.
     pub(super) fn add(
         &self,

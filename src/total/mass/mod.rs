@@ -80,6 +80,11 @@ impl Mass {
         }
     }
 
+    /// The lumped mass of a node; 0 where there is none \[kg\].
+    pub(super) fn lumped(&self, i: usize) -> f64 {
+        if let Self::Lumped(masses) = self { masses[i] } else { 0.0 }
+    }
+
     /// Solves for the free nodes of a component, in place; what stands at held nodes is lost.
     pub(super) fn solve(&mut self, component: usize, right: &mut [f64]) {
         match self {
