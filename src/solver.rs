@@ -139,6 +139,15 @@ impl Solver {
         }
     }
 
+    /// Measures the probes of a state whose nodes are remembered; nothing else.
+    pub(crate) fn probe(&self, model: &Model, state: &State) -> Measures {
+        let mut measures = Measures::default();
+        if let Self::Total(total) = self {
+            total.probe(model, state, &mut measures);
+        }
+        measures
+    }
+
     /// Place in memory by particle id.
     pub(crate) fn lookup(&mut self, state: &State) -> &[u32] {
         match self {

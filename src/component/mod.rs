@@ -297,6 +297,9 @@ impl Simulation {
         if self.outputs.needs_particles(index) {
             self.solver.show(&self.model, &mut self.state)?;
         }
+        if self.outputs.needs_probes(index) {
+            self.outputs.probes = Some(self.solver.probe(&self.model, &self.state));
+        }
         if self.outputs.needs_measures(index) {
             self.outputs.measures = Some(self.solver.measure(&self.model, &mut self.state)?);
         }

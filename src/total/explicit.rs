@@ -4,7 +4,6 @@
 //! symplectic, and nothing is projected, so that energy has no drift.
 
 use super::Total;
-use super::fast::Fast;
 use super::reference::Vectors;
 use crate::component::StepError;
 use crate::material::Material;
@@ -74,8 +73,8 @@ impl Total {
     fn kick(&mut self, model: &Model, state: &mut State, time: f64, [from, to]: [f64; 2]) -> Result<(), StepError> {
         let h = to - from;
         self.forces(model, state, time)?;
-        if self.fast.as_ref().is_some_and(Fast::is_lumped) {
-            self.kick_lumped(model, state, [from, to]);
+        if self.fast.is_some() {
+            self.kick_nodes(model, state, [from, to]);
             return Ok(());
         }
         let total: Vectors = self.internal.iter().zip(&self.external).map(|(i, e)| std::array::from_fn(|a| i[a] + e[a])).collect();

@@ -149,7 +149,7 @@ impl Total {
         let references: Vec<&Reference> = total.bodies.iter().map(|body| &body.reference).collect();
         let instructions = Instructions::known()[0];
         let sums = rows::all(model, &state.particles, &references, instructions);
-        total.fast = sums.map(|sums| Fast::new(sums, &total.bodies, &total.held, model.dimension, instructions));
+        total.fast = sums.map(|sums| Fast::new(sums, &total.bodies, &total.held, model.dimension));
         total
     }
 
@@ -313,7 +313,7 @@ impl Total {
             let sources = self.actions.iter().zip(&model.loads).zip(&state.inputs);
             let mut values = Vec::new();
             sources.for_each(|((action, load), input)| action.source(load, input, time, &mut values));
-            if fast.knows(values) {
+            if fast.knows(values) && self.external.len() == n {
                 return Ok(());
             }
         }

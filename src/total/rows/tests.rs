@@ -44,7 +44,7 @@ fn twins(scene: &Scene, instructions: Instructions) -> (Model, Total, State, Tot
     slow.fast = None;
     let references: Vec<&Reference> = fast.bodies.iter().map(|body| &body.reference).collect();
     let sums = all(&model, &state.particles, &references, instructions).unwrap();
-    fast.fast = Some(Fast::new(sums, &fast.bodies, &fast.held, model.dimension, instructions));
+    fast.fast = Some(Fast::new(sums, &fast.bodies, &fast.held, model.dimension));
     let (mut of_slow, mut of_fast) = (state.clone(), state);
     slow.start(&model, &mut of_slow);
     fast.start(&model, &mut of_fast);
@@ -75,7 +75,7 @@ fn forces_are_those_of_the_twin() {
                         fast.update(&model, &mut of_fast, 0.0).unwrap();
                         let error = difference(&slow.internal, &fast.internal);
                         // sums of some hundred products in another order, and strains of a tenth that are differences of numbers near 1
-                        assert!(error < 1e-13, "{dimension}D {plane} {degree} {law} {body} {instructions:?}: {error:e}");
+                        assert!(error < 3e-13, "{dimension}D {plane} {degree} {law} {body} {instructions:?}: {error:e}");
                         worst = worst.max(error);
                         slow.keep_pace(&model, &mut state);
                         fast.keep_pace(&model, &mut of_fast);
