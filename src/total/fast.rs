@@ -4,7 +4,7 @@ use super::force::Trouble;
 use super::mass::{self, Mass};
 use super::reference::Reference;
 use super::rows::kick::{self, Push};
-use super::rows::{Forces, Seen};
+use super::rows::{Forces, Seen, Spread};
 use super::{Body, Held, Total};
 use crate::component::StepError;
 use crate::material::point::Trouble as Why;
@@ -16,6 +16,7 @@ use std::ops::Range;
 /// The fast sums of all bodies, and what a kick needs beside them.
 pub(crate) struct Fast {
     bodies: Vec<Box<dyn Forces>>,
+    spreads: Vec<Spread>,
     /// One over the lumped mass by node and component \[1/kg\], 0 where a boundary holds; empty where mass is not lumped.
     inverse: Vec<f64>,
     /// What the last sums have come across.
@@ -61,7 +62,7 @@ impl HeldSet {
 }
 
 impl Fast {
-    pub(super) fn new(bodies: Vec<Box<dyn Forces>>, grids: &[Body], held: &[Held], dimension: usize) -> Self {
+    pub(super) fn new(sums: Vec<(Box<dyn Forces>, Spread)>, grids: &[Body], held: &[Held], dimension: usize) -> Self {
         let mut inverse = Vec::new();
         for grid in grids {
             if let Mass::Lumped(masses) = &grid.mass {
@@ -75,8 +76,10 @@ impl Fast {
         }
         let set = |(body, axis): (usize, usize)| HeldSet::new(body, axis, &grids[body].reference, held);
         let sets = (0..grids.len()).flat_map(|body| (0..dimension).map(move |axis| (body, axis))).filter_map(set).collect();
+        let (bodies, spreads) = sums.into_iter().unzip();
         Self {
             bodies,
+            spreads,
             inverse,
             sets,
             solved: None,
@@ -105,6 +108,11 @@ impl Fast {
             (self.known, self.solved) = (values, None);
         }
         knows
+    }
+
+    /// Adds the forces of an acceleration of the particles of a body \[m/s2\], by number on its grid.
+    pub(super) fn spread(&self, body: usize, accelerations: &[[f64; 3]], force: &mut [[f64; 3]]) {
+        self.spreads[body].add(accelerations, force);
     }
 
     /// Ratio of the stable step to that at time 0.

@@ -361,7 +361,7 @@ impl Total {
     fn load(&self, model: &Model, state: &State, time: f64, displacement: &[[f64; 3]], force: &mut Vectors) -> Result<(), StepError> {
         let references: Vec<&Reference> = self.bodies.iter().map(|body| &body.reference).collect();
         for ((action, load), input) in self.actions.iter().zip(&model.loads).zip(&state.inputs) {
-            action.add(load, input, model, &references, time, displacement, force)?;
+            action.add(load, input, model, &references, time, displacement, self.fast.as_ref(), force)?;
         }
         self.fold(force);
         Ok(())

@@ -7,6 +7,7 @@
 
 pub(super) mod kick;
 mod law;
+mod spread;
 mod sweep;
 #[cfg(test)]
 mod tests;
@@ -19,6 +20,7 @@ use crate::state::Particles;
 pub(crate) use law::Seen;
 use law::{Kernel, Law};
 use rayon::prelude::*;
+pub(crate) use spread::Spread;
 use sweep::{Piece, Scratch, Sweep};
 
 /// A tensor of each of eight points: slope along the axes of a lattice, then component.
@@ -90,7 +92,7 @@ pub(super) fn all(
     particles: &Particles,
     references: &[&Reference],
     instructions: Instructions,
-) -> Option<Vec<Box<dyn Forces>>> {
+) -> Option<Vec<(Box<dyn Forces>, Spread)>> {
     if model.implicit.is_some() || model.mean_dilatation {
         return None;
     }
@@ -99,20 +101,21 @@ pub(super) fn all(
 }
 
 /// The fast sums of a body.
-fn of(model: &Model, body: &Body, particles: &Particles, reference: &Reference, instructions: Instructions) -> Option<Box<dyn Forces>> {
+fn of(
+    model: &Model,
+    body: &Body,
+    particles: &Particles,
+    reference: &Reference,
+    instructions: Instructions,
+) -> Option<(Box<dyn Forces>, Spread)> {
     let open = reference.axes.iter().all(|axis| matches!(axis.family(), Family::OpenSpline(_)));
     if !open || body.map.is_some() || reference.ties().is_some() {
         return None;
     }
     let law = Law::new(&body.material, model.embedding)?;
     let grid = Grid::new(reference, &particles.volume[body.particles.clone()])?;
-    fn boxed<const D: usize, const W: usize>(
-        grid: &Grid,
-        law: Law,
-        reference: &Reference,
-        instructions: Instructions,
-    ) -> Option<Box<dyn Forces>> {
-        Some(Box::new(Rows::<D, W>::new(grid, law, reference, instructions)))
+    fn boxed<const D: usize, const W: usize>(grid: &Grid, law: Law, reference: &Reference, instructions: Instructions) -> Box<dyn Forces> {
+        Box::new(Rows::<D, W>::new(grid, law, reference, instructions))
     }
     let choice = match (model.dimension, reference.axes[0].width()) {
         (1 | 2, 2) => boxed::<2, 2>,
@@ -127,7 +130,8 @@ fn of(model: &Model, body: &Body, particles: &Particles, reference: &Reference, 
         (3, 6) => boxed::<3, 6>,
         _ => return None,
     };
-    choice(&grid, law, reference, instructions)
+    let forces = choice(&grid, law, reference, instructions);
+    Some((forces, Spread::new(grid, reference, body.density, body.particles.len())))
 }
 
 /// The points of a body along each axis of the scene.

@@ -9,10 +9,15 @@ use crate::total::fast::Fast;
 use crate::total::reference::{Reference, Vectors};
 use crate::total::tests::field;
 
-/// A body of more than eight cells along an axis, with loads; some law, method and dimension.
 fn scene(dimension: usize, degree: usize, law: &str, plane: &str, body: &str, method: &str, cell: f64) -> Scene {
+    Scene::from_toml(&text(dimension, degree, law, plane, body, method, cell)).unwrap()
+}
+
+/// A body of more than eight cells along an axis, with loads; some law, method and dimension.
+fn text(dimension: usize, degree: usize, law: &str, plane: &str, body: &str, method: &str, cell: f64) -> String {
+    let formulas = ["\"x*sin(3*t)\"", "\"1+x\"", "\"y*z\""];
     let list = |all: [f64; 3]| format!("{:?}", &all[..dimension]);
-    Scene::from_toml(&format!(
+    format!(
         r#"
         title = "twins"
         dimension = {dimension}
@@ -23,6 +28,8 @@ fn scene(dimension: usize, degree: usize, law: &str, plane: &str, body: &str, me
         boundary.root = {{ face = "x-", velocity = {{ {} }} }}
         load.side.pressure = {{ body = "beam", face = "x+", value = [5] }}
         load.weight.gravity = {}
+        load.wind.body_force = {{ body = "beam", value = [{}] }}
+        load.end.traction = {{ body = "beam", face = "x+", value = [{}] }}
         method = {{ formulation = "total", degree = {degree}, {method} }}
         time = {{ end = 1.0, cfl = 0.5 }}
         "#,
@@ -33,8 +40,9 @@ fn scene(dimension: usize, degree: usize, law: &str, plane: &str, body: &str, me
         list([2.75, 1.5, 0.5]),
         &["x = \"0.1*sin(t)\"", "y = 0", "z = 0"][..dimension].join(", "),
         list([1.0, -2.0, 0.5]),
-    ))
-    .unwrap()
+        &formulas[..dimension].join(", "),
+        &formulas[..dimension].join(", "),
+    )
 }
 
 /// Both paths at time 0.
@@ -145,4 +153,51 @@ fn neither_registers_nor_threads_change_a_bit() {
             }
         }
     }
+}
+
+/// A controller's view: whoever looks, saves or restores changes nothing, and a step that fails is as if it had not been.
+#[test]
+fn looking_saving_and_failing_leave_no_trace() {
+    use crate::component::StepError;
+    for mass in ["lumped", "consistent"] {
+        let scene = scene(2, 2, "neo_hookean", "strain", "", &format!("mass = \"{mass}\""), 0.25);
+        let mut whole = scene.clone().build().unwrap();
+        let mut looked = scene.clone().build().unwrap();
+        whole.step(0.1).unwrap();
+        looked.step(0.1).unwrap();
+        let cut = looked.save();
+        looked.get("particle/stress").unwrap();
+        assert!(looked.save() == cut);
+        let mut other = scene.build().unwrap();
+        other.restore(&cut).unwrap();
+        for sim in [&mut whole, &mut looked, &mut other] {
+            sim.step(0.1).unwrap();
+        }
+        assert!(whole.save() == looked.save() && whole.save() == other.save());
+        for name in ["particle/position", "particle/stress", "energy/total", "momentum/angular"] {
+            let values: Vec<Vec<f64>> = [&mut whole, &mut looked, &mut other].map(|sim| sim.get(name).unwrap().to_vec()).to_vec();
+            assert!(values[0] == values[1] && values[0] == values[2], "{name}");
+        }
+        // a copy of the state, as a recorder takes it
+        let (mut twin, mut state) = (whole.twin(), State::default());
+        whole.copy_state(&mut state);
+        twin.exchange_state(&mut state);
+        whole.step(0.1).unwrap();
+        assert!(twin.get("particle/stress").unwrap() == other.get("particle/stress").unwrap());
+        assert!(twin.time() < whole.time());
+    }
+    // pressed so hard that particles are turned inside out
+    let text = text(2, 2, "neo_hookean", "strain", "", "mass = \"lumped\"", 0.25);
+    let text = text.replace("value = [5]", "value = [2e4]").replace("cfl = 0.5", "step = 1e-3");
+    let scene = Scene::from_toml(&text).unwrap();
+    let mut sim = scene.build().unwrap();
+    sim.step(1e-3).unwrap();
+    let (before, stress) = (sim.save(), sim.get("particle/stress").unwrap().to_vec());
+    match sim.step(2.0) {
+        Err(StepError::Inverted { time, particle, det, position }) => {
+            assert!(det <= 0.0 && time > 0.0 && particle < 594 && position.len() == 2, "{det} {time} {particle}");
+        }
+        other => panic!("{other:?}"),
+    }
+    assert!(sim.save() == before && sim.get("particle/stress").unwrap() == stress);
 }
