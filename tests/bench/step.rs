@@ -87,20 +87,24 @@ fn fixed_cost(c: &mut Criterion) {
     c.bench_function("one particle, one substep", |b| b.iter(|| sim.step(dt).expect("a good step")));
 }
 
-/// A block of `side`^3 cells with 8 particles each, on a grid of its own.
-fn block_of_its_own(side: usize, law: &str, mass: &str) -> Simulation {
+/// A block of `side` cells an axis with two particles along each axis, on a grid of its own.
+fn block_of_its_own(dimension: usize, side: usize, degree: usize, law: &str, mass: &str) -> Simulation {
     let h = 1.0 / side as f64;
+    let list = |value: &str| format!("[{}]", vec![value; dimension].join(", "));
+    let (zeros, ones) = (list("0"), list("1"));
+    let axes = &["\"x\"", "\"y\"", "\"z\""][..dimension].join(", ");
+    let gravity = &["0", "-9.81", "0"][..dimension].join(", ");
     let text = format!(
         r#"
         title = "elastic block, total Lagrangian"
-        dimension = 3
-        grid = {{ origin = [0, 0, 0], size = [1, 1, 1], cell = {h} }}
+        dimension = {dimension}
+        grid = {{ origin = {zeros}, size = {ones}, cell = {h} }}
         material.m = {{ law = "{law}", young = 1e6, poisson = 0.3, density = 1e3 }}
-        method = {{ formulation = "total", degree = 2, mass = "{mass}" }}
+        method = {{ formulation = "total", degree = {degree}, mass = "{mass}" }}
         time = {{ end = 100, step = {step} }}
-        load.weight.gravity = [0, 0, -9.81]
-        boundary.walls = {{ face = "x-", fixed = ["x", "y", "z"] }}
-        body.b = {{ material = "m", shape = {{ box = {{ min = [0, 0, 0], max = [1, 1, 1] }} }}, particles_per_cell = 2 }}
+        load.weight.gravity = [{gravity}]
+        boundary.walls = {{ face = "x-", fixed = [{axes}] }}
+        body.b = {{ material = "m", shape = {{ box = {{ min = {zeros}, max = {ones} }} }}, particles_per_cell = 2 }}
         "#,
         step = step(side),
     );
@@ -129,16 +133,23 @@ fn small_cantilever(mass: &str) -> Simulation {
 /// Bodies on grids of their own.
 fn total(c: &mut Criterion) {
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
-    let mut group = c.benchmark_group("total: 3d block, one thread, f64");
+    let mut group = c.benchmark_group("total: block, one thread, f64");
     group.sample_size(10).warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_secs(2));
-    for (side, law, mass) in
-        [(24, "neo_hookean", "lumped"), (24, "linear_elastic", "lumped"), (24, "neo_hookean", "consistent"), (50, "neo_hookean", "lumped")]
-    {
-        let mut sim = block_of_its_own(side, law, mass);
+    for (dimension, side, degree, law, mass) in [
+        (3, 24, 2, "neo_hookean", "lumped"),
+        (3, 24, 2, "linear_elastic", "lumped"),
+        (3, 24, 2, "neo_hookean", "consistent"),
+        (3, 50, 2, "neo_hookean", "lumped"),
+        (3, 24, 1, "neo_hookean", "lumped"),
+        (3, 24, 3, "neo_hookean", "lumped"),
+        (2, 160, 2, "neo_hookean", "lumped"),
+        (2, 160, 2, "neo_hookean", "consistent"),
+    ] {
+        let mut sim = block_of_its_own(dimension, side, degree, law, mass);
         let n = sim.describe().particles;
         group.throughput(Throughput::Elements(n as u64 * SUBSTEPS));
         let dt = SUBSTEPS as f64 * step(side);
-        group.bench_function(BenchmarkId::new(format!("{law}, {mass} mass"), n), |b| {
+        group.bench_function(BenchmarkId::new(format!("{dimension}d, degree {degree}, {law}, {mass} mass"), n), |b| {
             b.iter(|| one.install(|| sim.step(dt).expect("a good step")));
         });
     }

@@ -89,9 +89,7 @@ fn substitute_rows(factor: &Factor, stride: usize, field: &mut [f64]) {
     for i in 0..n {
         let (before, rest) = field.split_at_mut(i * stride);
         let beside = factor.beside.min(i);
-        for k in 0..beside {
-            entries[k] = factor.rows[i][k + 1];
-        }
+        entries[..beside].copy_from_slice(&factor.rows[i][1..=beside]);
         reduce(&mut rest[..stride], factor.rows[i][0], &entries[..beside], |k| &before[(i - 1 - k) * stride..][..stride]);
     }
     for i in (0..n).rev() {

@@ -222,8 +222,8 @@ impl<const D: usize, const W: usize> Rows<D, W> {
         let lane = (0..real).rev().min_by_key(|a| waste(*a)).unwrap_or(0);
         let mut others: Vec<usize> = (0..3).filter(|a| *a != lane).collect();
         if D > 2 {
-            // pieces are cut across the longer of the others
-            others.sort_by_key(|a| cells(*a));
+            // pieces are cut across the longer of the others, or the one whose layers follow each other in the state
+            others.sort_by_key(|a| (cells(*a), std::cmp::Reverse(*a)));
         } else {
             others.sort_by_key(|a| *a >= real);
         }
@@ -259,13 +259,12 @@ impl<const D: usize, const W: usize> Rows<D, W> {
         }
         let pitch = (strips * LANES + W - 1).next_multiple_of(LANES);
         let strides = if D > 2 { [pitch, count(0) * pitch, D * count(0) * pitch] } else { [D * pitch, pitch, 0] };
-        let cut = if D > 2 { 2 } else { 0 };
-        let (layer, length) = (strides[cut], count(cut) - (W - 1));
+        let (layer, length) = (strides[Self::CUT], count(Self::CUT) - (W - 1));
         // pieces of one colour must not share layers; in a plane each repeats the sums of its first layers
         let shortest = if D > 2 { W - 1 } else { 8 * (W - 1) };
         let pieces = (length / shortest.max(length.div_ceil(PIECES))).max(1);
         let cuts: Vec<usize> = (0..=pieces).map(|i| i * length / pieces).collect();
-        let numbers = layer * count(cut);
+        let numbers = layer * count(Self::CUT);
         Self {
             lattice: Lattice { points, lines: [table(0), table(2)], lanes, strides },
             law,
@@ -283,22 +282,74 @@ impl<const D: usize, const W: usize> Rows<D, W> {
         }
     }
 
-    /// Calls `f(node of the state, place in the lattice, number of nodes, from one to the next in the state)` for each line of nodes along the
-    /// lanes; components are `strides[1]` apart in the lattice.
-    fn each_line(&self, mut f: impl FnMut(usize, usize, usize, usize)) {
-        let stride = |k: usize| self.axes.get(k).map_or(0, |a| self.counts[a + 1..].iter().product());
-        let count = |k: usize| self.axes.get(k).map_or(1, |a| self.counts[*a]);
-        let [first, _, third] = self.lattice.strides;
-        for i in 0..count(2) {
-            for j in 0..count(0) {
-                f(self.start + i * stride(2) + j * stride(0), i * third + j * first, count(1), stride(1));
+    /// Nodes from one to the next along an axis of the lattice, in the state.
+    fn stride(&self, axis: usize) -> usize {
+        self.axes.get(axis).map_or(0, |a| self.counts[a + 1..].iter().product())
+    }
+
+    /// Axis of the lattice that the body is cut across.
+    const CUT: usize = if D > 2 { 2 } else { 0 };
+
+    /// Lines of nodes along the lanes in a layer: the first node of each in the state, from that of the layer, and its place in the layer.
+    fn lines(&self) -> impl Iterator<Item = [usize; 2]> + use<D, W> {
+        let (number, stride, first) = if D > 2 { (self.counts[self.axes[0]], self.stride(0), self.lattice.strides[0]) } else { (1, 0, 0) };
+        (0..number).map(move |j| [j * stride, j * first])
+    }
+
+    /// Whether threads bring more than they cost.
+    fn shares(&self) -> bool {
+        rayon::current_num_threads() > 1 && self.displacement.len() / D * self.lattice.points.iter().product::<usize>() >= FEW
+    }
+
+    /// Takes the displacements of the state.
+    fn take(&mut self, displacement: &[[f64; 3]]) {
+        let mut to = std::mem::take(&mut self.displacement);
+        let (component, count, stride) = (self.lattice.strides[1], self.counts[self.axes[1]], self.stride(1));
+        let work = |(i, layer): (usize, &mut [f64])| {
+            for [node, place] in self.lines() {
+                let nodes = &displacement[self.start + i * self.stride(Self::CUT) + node..];
+                for (k, axis) in self.axes.iter().enumerate() {
+                    for (n, u) in layer[place + k * component..][..count].iter_mut().enumerate() {
+                        *u = nodes[n * stride][*axis];
+                    }
+                }
             }
+        };
+        let layers = self.counts[self.axes[Self::CUT]];
+        if self.shares() {
+            to.par_chunks_mut(self.layer).take(layers).enumerate().for_each(work);
+        } else {
+            to.chunks_mut(self.layer).take(layers).enumerate().for_each(work);
+        }
+        self.displacement = to;
+    }
+
+    /// Gives the forces to the nodes of the state.
+    fn give(&self, force: &mut [[f64; 3]]) {
+        let (component, count, stride) = (self.lattice.strides[1], self.counts[self.axes[1]], self.stride(1));
+        let work = |i: usize, nodes: &mut [[f64; 3]]| {
+            let layer = &self.force[i * self.layer..];
+            for [node, place] in self.lines() {
+                for n in 0..count {
+                    let mut all = [0.0; 3];
+                    for (k, axis) in self.axes.iter().enumerate() {
+                        all[*axis] = layer[place + k * component + n];
+                    }
+                    nodes[node + n * stride] = all;
+                }
+            }
+        };
+        let (layers, size) = (self.counts[self.axes[Self::CUT]], self.stride(Self::CUT));
+        let nodes = &mut force[self.start..][..self.counts.iter().product()];
+        if self.axes[Self::CUT] == 0 && self.shares() {
+            nodes.par_chunks_mut(size).enumerate().for_each(|(i, layer)| work(i, layer));
+        } else {
+            (0..layers).for_each(|i| work(i, &mut nodes[i * size..]));
         }
     }
 
     fn sum(&mut self, looks: bool) {
-        let threads = rayon::current_num_threads();
-        let few = self.displacement.len() / D * self.lattice.points.iter().product::<usize>() < FEW;
+        let shares = self.shares();
         self.seen.fill(Seen::nothing(looks));
         let Self { lattice, law, sweep, kernel, cuts, layer, displacement, force, scratch, seen, .. } = self;
         let (lattice, law, sweep, kernel, displacement) = (&*lattice, &*law, *sweep, *kernel, &*displacement);
@@ -318,7 +369,7 @@ impl<const D: usize, const W: usize> Rows<D, W> {
                 pieces.push((i, &mut part[start - done..], scratch, seen));
                 (rest, done) = (left, end);
             }
-            if threads > 1 && !few {
+            if shares {
                 pieces.into_par_iter().for_each(work);
             } else {
                 pieces.into_iter().for_each(work);
@@ -329,28 +380,10 @@ impl<const D: usize, const W: usize> Rows<D, W> {
 
 impl<const D: usize, const W: usize> Forces for Rows<D, W> {
     fn set(&mut self, displacement: &[[f64; 3]], force: &mut [[f64; 3]], looks: bool) -> Seen {
-        let component = self.lattice.strides[1];
-        let mut to = std::mem::take(&mut self.displacement);
-        self.each_line(|node, place, count, stride| {
-            for (k, axis) in self.axes.iter().enumerate() {
-                let line = &mut to[place + k * component..][..count];
-                for (i, u) in line.iter_mut().enumerate() {
-                    *u = displacement[node + i * stride][*axis];
-                }
-            }
-        });
-        self.displacement = to;
+        self.take(displacement);
         self.force.fill(0.0);
         self.sum(looks);
-        self.each_line(|node, place, count, stride| {
-            for i in 0..count {
-                let mut all = [0.0; 3];
-                for (k, axis) in self.axes.iter().enumerate() {
-                    all[*axis] = self.force[place + k * component + i];
-                }
-                force[node + i * stride] = all;
-            }
-        });
+        self.give(force);
         let mut seen = Seen::nothing(looks);
         self.seen.iter().for_each(|piece| seen.merge(piece));
         seen
