@@ -56,7 +56,7 @@
 //! 2. The step reads like the algorithm box of the papers, and with lumped mass and particle quadrature it allocates nothing once its
 //!    buffers have grown (in the updated formulation).
 //! 3. A material is 3x3 in, 3x3 out.
-//! 4. A choice becomes a type or a function pointer once, in `transfer::Kernels::new`; inside a kernel dimension and width are constants.
+//! 4. A choice becomes a type or a function pointer once, in `transfer::Kernels::new` and `total/rows/mod.rs`; inside a kernel dimension and width are constants.
 //! 5. Adapters see only [`component`]; nothing sees them. Names, units, shapes and docs of variables live in one list.
 //! 6. A failed step leaves the state as it was and says which particle, where and when. No silent reset, no clamp that hides a fault.
 //! 7. Results are bitwise the same for any number of threads (on one kind of CPU), and for a run cut in two by a snapshot.
@@ -82,6 +82,9 @@
 //! - Bodies that cut cells in the total formulation keep all functions in their fields; those with little support are tied to others where forces
 //!   are summed and matrices assembled (`total/ties.rs`), so that kernels know nothing of it. Their held faces add an energy (`total/surface.rs`).
 //! - In the total formulation velocity stays on the nodes, and the particles are quadrature points: nothing is projected, nothing is lost.
+//! - Explicit steps of bodies that are boxes of whole cells move nodes only (`total/rows`): the same points in each cell, sums axis by axis, eight cells
+//!   at once with AVX-512, AVX2 or what else there is. Their particles follow when somebody looks, and are not in snapshots.
+//! - Formulas that differ from place to place run as lists of operations without repeats (`scene/formula/tape.rs`), where bodies have grids of their own.
 //! - Mass matrices of the step through a grid are never assembled: rows of shape functions at the points where mass sits (`step/mass.rs`). Rows of nodes lighter than a
 //!   particle are lumped, which keeps the stable step and cures what makes the papers' consistent mass fail at a free end.
 //! - A plane body whose particles keep their neighbours is a sheet (`quadrature/sheet`): the image of a square by splines, integrated in the cells

@@ -89,9 +89,16 @@ impl Solver {
             Self::Implicit(updated) => state.reactions.extend(updated.mean_reactions()),
             Self::Total(total) => {
                 state.reactions.extend(total.mean_reactions());
-                total.show(model, state);
+                if !total.shows_late() {
+                    total.show(model, state);
+                }
             }
         }
+    }
+
+    /// Makes the particles of a state what the nodes make of them, where that is only done when somebody looks.
+    pub(crate) fn show(&mut self, model: &Model, state: &mut State) -> Result<(), StepError> {
+        if let Self::Total(total) = self { total.catch_up(model, state) } else { Ok(()) }
     }
 
     /// Iterations of the solver of the mass matrix, or of Newton's method, since [`Self::begin`].
@@ -126,8 +133,20 @@ impl Solver {
         match self {
             Self::Updated(stepper) => stepper.measure(model, state),
             Self::Implicit(updated) => updated.stepper.measure(model, state),
-            Self::Total(total) => Ok(total.measure(model, state)),
+            Self::Total(total) => {
+                total.catch_up(model, state)?;
+                Ok(total.measure(model, state))
+            }
         }
+    }
+
+    /// Measures the probes of a state whose nodes are remembered; nothing else.
+    pub(crate) fn probe(&self, model: &Model, state: &State) -> Measures {
+        let mut measures = Measures::default();
+        if let Self::Total(total) = self {
+            total.probe(model, state, &mut measures);
+        }
+        measures
     }
 
     /// Place in memory by particle id.

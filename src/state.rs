@@ -185,6 +185,18 @@ pub(crate) struct Nodes {
     pub(crate) acceleration: Vec<[f64; 3]>,
 }
 
+/// Whether particles are where the nodes lead them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) enum Shown {
+    /// They evolve themselves, or are carried along in every step.
+    #[default]
+    Always,
+    /// All that changes in them follows from the nodes, and has been computed.
+    Now,
+    /// The same, but the nodes have moved on since.
+    Behind,
+}
+
 /// All that changes while a scene runs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct State {
@@ -202,6 +214,9 @@ pub(crate) struct State {
     pub(crate) pace: f64,
     /// The particles.
     pub(crate) particles: Particles,
+    /// Whether their tables are up to date; where they follow from the nodes, snapshots do not have them.
+    #[serde(skip)]
+    pub(crate) shown: Shown,
     /// The nodes, where they are remembered.
     pub(crate) nodes: Nodes,
     /// Blocks in the order of the particles.
@@ -219,8 +234,22 @@ pub(crate) struct State {
 impl State {
     /// Copies this state into `other`, whose memory is used again.
     pub(crate) fn copy_to(&self, other: &mut Self) {
-        let Self { time, steps, last_step, next_step, acceleration_age, pace, particles, nodes, bins, .. } = self;
-        let Self { order, external_work, reactions, inputs, .. } = self;
+        let Self {
+            time,
+            steps,
+            last_step,
+            next_step,
+            acceleration_age,
+            pace,
+            particles,
+            shown,
+            nodes,
+            bins,
+            order,
+            external_work,
+            reactions,
+            inputs,
+        } = self;
         other.order = *order;
         (other.time, other.steps, other.pace, other.external_work) = (*time, *steps, *pace, *external_work);
         (other.last_step, other.next_step, other.acceleration_age) = (*last_step, *next_step, *acceleration_age);
@@ -230,6 +259,12 @@ impl State {
         other.bins.clone_from(bins);
         other.reactions.clone_from(reactions);
         other.inputs.clone_from(inputs);
+        if *shown != Shown::Always && other.shown != Shown::Always && other.particles.len() == particles.len() {
+            // what changes in them can be shown again
+            other.shown = Shown::Behind;
+            return;
+        }
+        other.shown = *shown;
         let to = &mut other.particles;
         to.id.clone_from(&particles.id);
         to.body.clone_from(&particles.body);
@@ -238,6 +273,28 @@ impl State {
         for (to, from) in to.tables_mut().into_iter().zip(particles.tables()) {
             (to.width, to.rows) = (from.width, from.rows);
             to.data.clone_from(&from.data);
+        }
+    }
+
+    /// What a snapshot has to hold: particles that follow the nodes are left out but for what never changes.
+    pub(crate) fn bare(&self) -> std::borrow::Cow<'_, Self> {
+        if self.shown == Shown::Always {
+            return std::borrow::Cow::Borrowed(self);
+        }
+        let Particles { id, body, mass, volume, .. } = &self.particles;
+        let particles =
+            Particles { id: id.clone(), body: body.clone(), mass: mass.clone(), volume: volume.clone(), ..Particles::default() };
+        let (nodes, bins, reactions, inputs) = (self.nodes.clone(), self.bins.clone(), self.reactions.clone(), self.inputs.clone());
+        std::borrow::Cow::Owned(Self { particles, nodes, bins, reactions, inputs, ..*self })
+    }
+
+    /// Gives a state from a snapshot what it left out, as in `other`, to be computed anew.
+    pub(crate) fn complete(&mut self, other: &Self) {
+        if other.shown != Shown::Always {
+            for (to, from) in self.particles.tables_mut().into_iter().zip(other.particles.tables()) {
+                to.clone_from(from);
+            }
+            self.shown = Shown::Behind;
         }
     }
 

@@ -305,6 +305,12 @@ impl Simulation {
 
     fn values(&mut self, name: &str) -> Result<&Arc<Vec<f64>>, ComponentError> {
         let index = self.outputs.find(name)?;
+        if self.outputs.needs_particles(index) {
+            self.solver.show(&self.model, &mut self.state)?;
+        }
+        if self.outputs.needs_probes(index) {
+            self.outputs.probes = Some(self.solver.probe(&self.model, &self.state));
+        }
         if self.outputs.needs_measures(index) {
             self.outputs.measures = Some(self.solver.measure(&self.model, &mut self.state)?);
         }
@@ -325,7 +331,7 @@ impl Simulation {
     /// All bytes that a restart needs.
     pub fn save(&self) -> Vec<u8> {
         // a state is plain numbers: there is nothing that could not be written to memory
-        postcard::to_allocvec(&(SNAPSHOT, self.fingerprint(), &self.state)).unwrap_or_default()
+        postcard::to_allocvec(&(SNAPSHOT, self.fingerprint(), self.state.bare().as_ref())).unwrap_or_default()
     }
 
     /// Goes back to a saved state of the same scene. Steps from here on give the same bytes as from there.
@@ -341,7 +347,8 @@ impl Simulation {
         if header.1 != self.fingerprint() {
             return Err(bad("the snapshot is of another scene"));
         }
-        let (state, rest) = postcard::take_from_bytes::<State>(rest).map_err(|_| bad("the snapshot is cut short or damaged"))?;
+        let (mut state, rest) = postcard::take_from_bytes::<State>(rest).map_err(|_| bad("the snapshot is cut short or damaged"))?;
+        state.complete(&self.state);
         if !rest.is_empty() || !state.fits(&self.state) {
             return Err(bad("the snapshot is damaged"));
         }

@@ -64,9 +64,14 @@ impl Quantity {
                 | VelocityError
         )
     }
-    /// Whether it is a place of a probe, which nodes that are remembered know better than its particle does.
+    /// Whether it needs more than the nodes and what never changes.
+    fn is_of_particles(self) -> bool {
+        use Quantity::*;
+        !matches!(self, Mass | Body | External | Reaction(_) | Input(_))
+    }
+    /// Whether it is of a probe, and nodes that are remembered know it: better than its particle does.
     fn is_of_a_probe(self) -> bool {
-        matches!(self, Self::ProbePosition(_) | Self::ProbeDisplacement(_))
+        matches!(self, Self::ProbePosition(_) | Self::ProbeDisplacement(_) | Self::ProbeVelocity(_))
     }
 }
 
@@ -83,13 +88,15 @@ pub(super) struct Outputs {
     entries: Vec<Entry>,
     index: HashMap<String, usize>,
     pub(super) measures: Option<Measures>,
-    /// Whether probes are measured too.
+    /// Measures of the probes alone, where that needs no others.
+    pub(super) probes: Option<Measures>,
+    /// Whether nodes are remembered.
     total: bool,
 }
 
 impl Outputs {
     pub(super) fn new(model: &Model, state: &State, exact: Option<&Exact>) -> Self {
-        let mut outputs = Self { entries: Vec::new(), index: HashMap::new(), measures: None, total: model.total };
+        let mut outputs = Self { entries: Vec::new(), index: HashMap::new(), measures: None, probes: None, total: model.total };
         outputs.list(model, state.particles.len(), exact);
         outputs
     }
@@ -211,13 +218,27 @@ impl Outputs {
 
     /// Time has moved: values are to be computed anew.
     pub(super) fn outdate(&mut self) {
-        self.measures = None;
+        (self.measures, self.probes) = (None, None);
         self.entries.iter_mut().for_each(|e| e.fresh = false);
+    }
+
+    /// Whether a variable is to be computed from the tables of the particles.
+    pub(super) fn needs_particles(&self, index: usize) -> bool {
+        let entry = &self.entries[index];
+        !entry.fresh && entry.quantity.is_of_particles() && !self.is_of_nodes(index)
+    }
+
+    pub(super) fn needs_probes(&self, index: usize) -> bool {
+        !self.entries[index].fresh && self.is_of_nodes(index) && self.measures.is_none() && self.probes.is_none()
     }
 
     pub(super) fn needs_measures(&self, index: usize) -> bool {
         let entry = &self.entries[index];
-        !entry.fresh && (entry.quantity.is_measured() || self.total && entry.quantity.is_of_a_probe()) && self.measures.is_none()
+        !entry.fresh && entry.quantity.is_measured() && !self.is_of_nodes(index) && self.measures.is_none()
+    }
+
+    fn is_of_nodes(&self, index: usize) -> bool {
+        self.total && self.entries[index].quantity.is_of_a_probe()
     }
 
     pub(super) fn value(
@@ -231,7 +252,7 @@ impl Outputs {
     ) -> &Arc<Vec<f64>> {
         let entry = &mut self.entries[index];
         if !entry.fresh {
-            let source = Source { model, state, lookup, initial, measures: self.measures.as_ref(), exact };
+            let source = Source { model, state, lookup, initial, measures: self.measures.as_ref().or(self.probes.as_ref()), exact };
             if Arc::get_mut(&mut entry.values).is_none() {
                 entry.values = Arc::default();
             }

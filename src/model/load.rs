@@ -1,7 +1,8 @@
 //! 4 INPUTS: loads, compiled: what each acts on, and its value in time.
 
 use super::Anchor;
-use crate::scene::{self, Formula};
+use crate::scene::{self, Formula, PLACES, Results, Tape};
+use rayon::prelude::*;
 
 /// A load: what it acts on, and its value in time.
 #[derive(Debug, Clone)]
@@ -66,7 +67,12 @@ impl Load {
 #[derive(Debug, Clone)]
 pub(crate) enum Signal {
     /// Formulas of x, y, z (position at time 0) and t.
-    Formulas { components: Vec<Formula>, varies_in_space: bool },
+    Formulas {
+        components: Vec<Formula>,
+        varies_in_space: bool,
+        /// The same, for many places.
+        tape: Tape,
+    },
     /// Linear between rows, constant outside.
     Table(scene::Table),
     /// Set from outside.
@@ -76,13 +82,17 @@ pub(crate) enum Signal {
 /// Variables of the formulas of a load.
 pub(crate) const SPACE_TIME: [&str; 4] = ["x", "y", "z", "t"];
 
+/// Places that a thread works on at a time.
+const SHARE: usize = 1024;
+
 impl Signal {
     pub(crate) fn new(signal: &scene::Signal) -> Result<Self, String> {
         Ok(match signal {
             scene::Signal::Components(list) => {
                 let components = list.iter().map(|e| e.compile(&SPACE_TIME)).collect::<Result<Vec<_>, _>>()?;
                 let varies_in_space = components.iter().any(|f| (0..3).any(|v| f.uses(v)));
-                Self::Formulas { components, varies_in_space }
+                let tape = Tape::new(&components, SPACE_TIME.len());
+                Self::Formulas { components, varies_in_space, tape }
             }
             scene::Signal::Table(table) => Self::Table(table.clone()),
             scene::Signal::External(_) => Self::External,
@@ -116,6 +126,35 @@ impl Signal {
             Self::External => value[..input.len()].copy_from_slice(input),
         }
         value
+    }
+
+    /// The values at many places (at time 0), as [`value`](Self::value).
+    pub(crate) fn values(&self, places: &[[f64; 3]], time: f64, input: &[f64]) -> Vec<[f64; 3]> {
+        let mut values = vec![[0.0; 3]; places.len()];
+        let Self::Formulas { components, tape, .. } = self else {
+            values.fill(self.value([0.0; 3], time, input));
+            return values;
+        };
+        let each = |(places, values): (&[[f64; 3]], &mut [[f64; 3]])| {
+            let mut results = Results::default();
+            tape.begin(time, &mut results);
+            for (places, values) in places.chunks(PLACES).zip(values.chunks_mut(PLACES)) {
+                // a batch that is not full repeats its last place
+                let at = |k: usize| places[k.min(places.len() - 1)];
+                let variables: [[f64; PLACES]; 3] = std::array::from_fn(|a| std::array::from_fn(|k| at(k)[a]));
+                tape.evaluate(&variables, &mut results);
+                for c in 0..components.len().min(3) {
+                    let output = tape.output(c, &results);
+                    values.iter_mut().zip(output).for_each(|(value, output)| value[c] = *output);
+                }
+            }
+        };
+        if places.len() > SHARE && rayon::current_num_threads() > 1 {
+            places.par_chunks(SHARE).zip(values.par_chunks_mut(SHARE)).for_each(each);
+        } else {
+            each((places, &mut values));
+        }
+        values
     }
 }
 

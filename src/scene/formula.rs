@@ -4,6 +4,10 @@
 //! `*` and `/`, then `+` and `-`; `1e-3` is a number. (Crates that evaluate formulas differ in these: exmex 0.21 reads `-x^2` as
 //! `(-x)^2` and does not know `1e-3`, which is why the parser is our own.)
 
+mod tape;
+
+pub(crate) use tape::{PLACES, Results, Tape};
+
 use super::Expr;
 use super::fault::{hint, plain};
 use std::f64::consts;
@@ -143,19 +147,7 @@ impl Term {
             Self::Variable(variable) => values[*variable],
             Self::Negative(a) => -a.value(values),
             Self::Function(function, a) => function.value(a.value(values)),
-            Self::Binary(operator, operands) => {
-                let [a, b] = [operands[0].value(values), operands[1].value(values)];
-                match operator {
-                    Binary::Add => a + b,
-                    Binary::Subtract => a - b,
-                    Binary::Multiply => a * b,
-                    Binary::Divide => a / b,
-                    Binary::Power => a.powf(b),
-                    Binary::Min => a.min(b),
-                    Binary::Max => a.max(b),
-                    Binary::Atan2 => a.atan2(b),
-                }
-            }
+            Self::Binary(operator, operands) => operator.value(operands[0].value(values), operands[1].value(values)),
             Self::Select(terms) => {
                 let [a, b, at_most, above] = terms.as_ref();
                 if a.value(values) <= b.value(values) { at_most.value(values) } else { above.value(values) }
@@ -207,6 +199,19 @@ impl Term {
 }
 
 impl Binary {
+    fn value(self, a: f64, b: f64) -> f64 {
+        match self {
+            Self::Add => a + b,
+            Self::Subtract => a - b,
+            Self::Multiply => a * b,
+            Self::Divide => a / b,
+            Self::Power => a.powf(b),
+            Self::Min => a.min(b),
+            Self::Max => a.max(b),
+            Self::Atan2 => a.atan2(b),
+        }
+    }
+
     fn derivative(self, a: &Term, b: &Term, da: Term, db: Term) -> Term {
         let (a, b) = (a.clone(), b.clone());
         match self {

@@ -6,9 +6,11 @@
 use super::Total;
 use super::reference::Vectors;
 use crate::component::StepError;
+use crate::material::Material;
 use crate::model::Model;
 use crate::scene::Integrator;
-use crate::state::State;
+use crate::state::{Shown, State};
+use nalgebra::Matrix3;
 
 /// Kicks and drifts of a step, as shares of it: kick, drift, kick, drift, ..., kick.
 pub(super) struct Scheme {
@@ -46,14 +48,20 @@ impl Total {
             if let Some(share) = drifts.get(k) {
                 at += share;
                 let nodes = &mut state.nodes;
-                for (u, v) in nodes.displacement.iter_mut().zip(&nodes.velocity) {
-                    for a in 0..3 {
-                        u[a] += share * dt * v[a];
+                if let Some(fast) = &self.fast {
+                    fast.drift(share * dt, &nodes.velocity, &mut nodes.displacement);
+                    state.shown = Shown::Behind;
+                } else {
+                    for (u, v) in nodes.displacement.iter_mut().zip(&nodes.velocity) {
+                        for a in 0..3 {
+                            u[a] += share * dt * v[a];
+                        }
                     }
                 }
                 self.internal.clear();
             }
         }
+        self.check_velocities(model, state, start)?;
         state.last_step = dt;
         state.time = start + dt;
         state.steps += 1;
@@ -65,6 +73,10 @@ impl Total {
     fn kick(&mut self, model: &Model, state: &mut State, time: f64, [from, to]: [f64; 2]) -> Result<(), StepError> {
         let h = to - from;
         self.forces(model, state, time)?;
+        if self.fast.is_some() {
+            self.kick_nodes(model, state, [from, to]);
+            return Ok(());
+        }
         let total: Vectors = self.internal.iter().zip(&self.external).map(|(i, e)| std::array::from_fn(|a| i[a] + e[a])).collect();
         let mut acceleration = std::mem::take(&mut self.acceleration);
         acceleration.fill([0.0; 3]);
@@ -109,8 +121,12 @@ impl Total {
     }
 
     /// How much of the stable step is left: stiffness seen from time 0.
-    fn keep_pace(&mut self, model: &Model, state: &mut State) {
+    pub(super) fn keep_pace(&mut self, model: &Model, state: &mut State) {
         if !matches!(model.pace, crate::model::Pace::Cfl(_)) {
+            return;
+        }
+        if let Some(fast) = &self.fast {
+            state.pace = fast.pace().clamp(f64::MIN_POSITIVE, 1.0);
             return;
         }
         let d = model.dimension;
@@ -118,20 +134,25 @@ impl Total {
         for p in 0..state.particles.len() {
             let f = crate::step::load::deformation(d, state, p);
             let material = model.material(state.particles.body[p]);
-            if matches!(material, crate::material::Material::Linear(_)) {
-                continue;
-            }
-            // a wave along N at time 0 sees the modulus times |F^-T N|^2
-            let inverse = f.try_inverse().unwrap_or_else(nalgebra::Matrix3::identity);
-            let steep = inverse.fixed_view::<3, 3>(0, 0).norm_squared().min(1e12);
-            let ratio = material.wave_modulus(&f) * (steep / 3.0).max(largest(&inverse)) / material.lame().wave_modulus();
+            let ratio = steepness(material, &f);
             pace = pace.min(1.0 / ratio.sqrt());
         }
         state.pace = pace.clamp(f64::MIN_POSITIVE, 1.0);
     }
 }
 
+/// Square of the ratio of the wave speed at a point, seen from time 0, to that at time 0 \[-\].
+pub(super) fn steepness(material: &Material, f: &Matrix3<f64>) -> f64 {
+    if matches!(material, Material::Linear(_)) {
+        return 1.0;
+    }
+    // a wave along N at time 0 sees the modulus times |F^-T N|^2
+    let inverse = f.try_inverse().unwrap_or_else(Matrix3::identity);
+    let steep = inverse.norm_squared().min(1e12);
+    material.wave_modulus(f) * (steep / 3.0).max(largest(&inverse)) / material.lame().wave_modulus()
+}
+
 /// Largest diagonal entry of A A^T: the square of the longest row.
-fn largest(a: &nalgebra::Matrix3<f64>) -> f64 {
+fn largest(a: &Matrix3<f64>) -> f64 {
     (0..3).map(|r| a.row(r).norm_squared()).fold(0.0, f64::max)
 }

@@ -1,5 +1,6 @@
 //! Loads as forces on the nodes of a body.
 
+use super::fast::Fast;
 use super::reference::{Point, Reference, Vectors};
 use crate::component::StepError;
 use crate::implicit::Matrix;
@@ -120,7 +121,16 @@ impl Action {
         Self::Fixed(fixed.into_iter().collect())
     }
 
-    /// Adds the forces of a load at the time of the state.
+    /// Appends what the forces of a load at a time are computed from: if that is the same, so are they. NaN where they follow the body.
+    pub(super) fn source(&self, load: &Load, input: &[f64], time: f64, to: &mut Vec<f64>) {
+        match self {
+            Self::Fixed(_) => to.extend(load.signal.value([0.0; 3], time, input)),
+            Self::Varying(_) | Self::Dead(_) => to.push(time),
+            Self::Follower(_) => to.push(f64::NAN),
+        }
+    }
+
+    /// Adds the forces of a load at the time of the state; `fast`, where bodies have fast sums.
     pub(super) fn add(
         &self,
         load: &Load,
@@ -129,6 +139,7 @@ impl Action {
         bodies: &[&Reference],
         time: f64,
         displacement: &[[f64; 3]],
+        fast: Option<&Fast>,
         force: &mut Vectors,
     ) -> Result<(), StepError> {
         let d = model.dimension;
@@ -146,18 +157,32 @@ impl Action {
                 }
             }
             Self::Varying(members) => {
-                for &(id, body, number, mass) in members {
-                    let value = finite(load.signal.value(model.reference(id), time, input))?;
-                    bodies[body].each_slowly(&bodies[body].particle(number), |node, weight, _| {
-                        for a in 0..d {
-                            force[node][a] += mass * weight * value[a];
-                        }
-                    });
+                let places: Vec<[f64; 3]> = members.iter().map(|member| model.reference(member.0)).collect();
+                let mut values = load.signal.values(&places, time, input);
+                for value in &mut values {
+                    *value = finite(*value)?;
+                }
+                let Some(fast) = fast else {
+                    for (&(_, body, number, mass), value) in members.iter().zip(&values) {
+                        bodies[body].each_slowly(&bodies[body].particle(number), |node, weight, _| {
+                            for a in 0..d {
+                                force[node][a] += mass * weight * value[a];
+                            }
+                        });
+                    }
+                    return Ok(());
+                };
+                for (number, body) in model.bodies.iter().enumerate() {
+                    let mut field = vec![[0.0; 3]; body.particles.len()];
+                    let own = members.iter().zip(&values).filter(|(member, _)| member.1 == number);
+                    own.for_each(|(member, value)| field[member.2] = *value);
+                    fast.spread(number, &field, force);
                 }
             }
             Self::Dead(points) => {
-                for piece in points {
-                    let value = finite(load.signal.value(piece.place, time, input))?;
+                let places: Vec<[f64; 3]> = points.iter().map(|piece| piece.place).collect();
+                for (piece, value) in points.iter().zip(load.signal.values(&places, time, input)) {
+                    let value = finite(value)?;
                     let area = piece.area.norm();
                     bodies[piece.body].each_slowly(&piece.at, |node, weight, slope| {
                         let weight = weight + piece.arm.dot(&Vector3::from(slope));

@@ -50,8 +50,14 @@ impl Total {
             let f = crate::step::load::deformation(model.dimension, state, p);
             measures.strain += particles.volume[p] * model.material(particles.body[p]).energy(&f, &particles.history.row(p));
         }
+        self.probe(model, state, &mut measures);
+        measures
+    }
+
+    /// Measures the probes of a state, which need its nodes only.
+    pub(crate) fn probe(&self, model: &Model, state: &State, measures: &mut Measures) {
         for probe in &model.probes {
-            let number = usize::from(particles.body[probe.anchor.particle as usize]);
+            let number = usize::from(state.particles.body[probe.anchor.particle as usize]);
             let reference = &self.bodies[number].reference;
             let host: [f64; 3] = model.reference(probe.anchor.particle);
             let start: [f64; 3] = std::array::from_fn(|a| host[a] + probe.anchor.offset[a]);
@@ -65,6 +71,5 @@ impl Total {
             measures.probes.push(speed);
             measures.places.push(place);
         }
-        measures
     }
 }

@@ -4,6 +4,7 @@
 
 mod dilatation;
 mod explicit;
+mod fast;
 mod force;
 mod implicit;
 mod iterative;
@@ -14,6 +15,7 @@ mod measure;
 mod pace;
 mod precondition;
 mod reference;
+mod rows;
 #[cfg(test)]
 mod slivers;
 #[cfg(test)]
@@ -23,6 +25,7 @@ mod surface;
 mod tests;
 mod ties;
 mod updated;
+mod wide;
 
 pub(crate) use updated::Updated;
 
@@ -30,14 +33,16 @@ use crate::component::StepError;
 use crate::implicit::Matrix;
 use crate::material::point;
 use crate::model::{Boundary, Fit, Model};
-use crate::state::{Nodes, State, Table};
+use crate::state::{Nodes, Shown, State, Table};
 use explicit::Scheme;
+use fast::Fast;
 use force::{Sweeps, Task, Trouble};
 use iterative::Precondition;
 use load::{Action, Host};
 use mass::Mass;
 use reference::{Reference, Vectors};
 use surface::Surface;
+use wide::Instructions;
 
 /// A grid with all that never changes.
 struct Body {
@@ -59,6 +64,8 @@ struct Part {
 
 /// A component of a node whose velocity is given.
 struct Held {
+    /// Its grid.
+    body: usize,
     node: usize,
     axis: usize,
     boundary: usize,
@@ -77,6 +84,8 @@ pub(crate) struct Total {
     actions: Vec<Action>,
     sweeps: Sweeps,
     scheme: &'static Scheme,
+    /// Fast sums of explicit steps, where all bodies have them.
+    fast: Option<Fast>,
     /// Stiffness of the implicit schemes; its pattern never changes.
     matrix: Option<Matrix>,
     /// What iterations start from.
@@ -137,6 +146,10 @@ impl Total {
                 total.surfaces.push(Surface::new(model, boundary, body, cut, face, &total.bodies[body].reference));
             }
         }
+        let references: Vec<&Reference> = total.bodies.iter().map(|body| &body.reference).collect();
+        let instructions = Instructions::known()[0];
+        let sums = rows::all(model, &state.particles, &references, instructions);
+        total.fast = sums.map(|sums| Fast::new(sums, &total.bodies, &total.held, model.dimension));
         total
     }
 
@@ -162,6 +175,7 @@ impl Total {
             updated,
             sweeps: force::sweeps(model.dimension, model.axes[0].width(), model.mean_dilatation),
             scheme: Scheme::of(model.integrator),
+            fast: None,
             matrix: None,
             precondition: None,
             iterations: 0,
@@ -183,6 +197,7 @@ impl Total {
         let velocity = self.project(model, state, &state.particles.velocity);
         state.nodes = Nodes { displacement: vec![[0.0; 3]; velocity.len()], velocity, acceleration: Vec::new() };
         self.show(model, state);
+        state.shown = if self.fast.is_some() { Shown::Now } else { Shown::Always };
     }
 
     /// A field of the particles, projected on the nodes as the mass matrix has it; held nodes get the velocity of their boundary.
@@ -249,6 +264,7 @@ impl Total {
     /// Forgets what belongs to another state.
     pub(crate) fn forget(&mut self) {
         self.internal.clear();
+        self.fast.iter_mut().for_each(Fast::forget);
     }
 
     /// Starts to add up boundary reactions.
@@ -293,6 +309,14 @@ impl Total {
         if self.internal.is_empty() {
             self.update(model, state, time)?;
         }
+        if let Some(fast) = &mut self.fast {
+            let sources = self.actions.iter().zip(&model.loads).zip(&state.inputs);
+            let mut values = Vec::new();
+            sources.for_each(|((action, load), input)| action.source(load, input, time, &mut values));
+            if fast.knows(values) && self.external.len() == n {
+                return Ok(());
+            }
+        }
         let mut external = std::mem::take(&mut self.external);
         external.clear();
         external.resize(n, [0.0; 3]);
@@ -303,6 +327,9 @@ impl Total {
 
     /// Carries the particles along with the nodes, and sums the internal forces.
     fn update(&mut self, model: &Model, state: &mut State, time: f64) -> Result<(), StepError> {
+        if self.fast.is_some() {
+            return self.update_nodes(model, state, time);
+        }
         let mut internal = vec![[0.0; 3]; self.acceleration.len()];
         for part in &self.parts {
             let task = self.task(model, part, &state.nodes.displacement, false);
@@ -334,7 +361,7 @@ impl Total {
     fn load(&self, model: &Model, state: &State, time: f64, displacement: &[[f64; 3]], force: &mut Vectors) -> Result<(), StepError> {
         let references: Vec<&Reference> = self.bodies.iter().map(|body| &body.reference).collect();
         for ((action, load), input) in self.actions.iter().zip(&model.loads).zip(&state.inputs) {
-            action.add(load, input, model, &references, time, displacement, force)?;
+            action.add(load, input, model, &references, time, displacement, self.fast.as_ref(), force)?;
         }
         self.fold(force);
         Ok(())
@@ -385,15 +412,21 @@ impl Total {
         if self.updated {
             return state.particles.position.row(particle);
         }
+        let (start, moved) = (model.reference(particle as u32), self.at(particle, &state.nodes.displacement));
+        std::array::from_fn(|a| start[a] + moved[a])
+    }
+
+    /// A nodal field at a particle.
+    fn at(&self, particle: usize, field: &[[f64; 3]]) -> [f64; 3] {
         let Some(part) = self.parts.iter().find(|part| (part.first..part.last).contains(&particle)) else { return [f64::NAN; 3] };
         let reference = &self.bodies[part.body].reference;
-        let mut place = model.reference(particle as u32);
+        let mut value = [0.0; 3];
         reference.each_slowly(&reference.particle(particle - part.offset), |node, weight, _| {
             for a in 0..3 {
-                place[a] += weight * state.nodes.displacement[node][a];
+                value[a] += weight * field[node][a];
             }
         });
-        place
+        value
     }
 
     /// Solves M x = `right` for the free components; `x` comes with the values of those that are held.
@@ -457,7 +490,7 @@ fn hold(reference: &Reference, model: &Model, body: usize) -> Vec<Held> {
             };
             let holds = |b: &Boundary| b.holds_axis(axis) && on(b);
             if let Some(boundary) = model.boundaries.iter().rposition(holds) {
-                held.push(Held { node: reference.start + i, axis, boundary });
+                held.push(Held { body, node: reference.start + i, axis, boundary });
             }
         }
     }

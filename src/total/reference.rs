@@ -156,6 +156,16 @@ impl Reference {
         }
     }
 
+    /// The functions along an axis at the coordinates of the particles, in the order in which these first occur.
+    pub(super) fn lines(&self, axis: usize) -> &[Line] {
+        &self.lines[axis]
+    }
+
+    /// Whether particle number `p` has these places among the lines of the axes.
+    pub(super) fn stands_at(&self, p: usize, place: [usize; 3]) -> bool {
+        (0..3).all(|a| self.line_of[p][a] as usize == place[a])
+    }
+
     /// Number of nodes.
     pub(super) fn len(&self) -> usize {
         self.counts.iter().product()

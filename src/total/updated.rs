@@ -118,7 +118,7 @@ impl Total {
             for axis in 0..model.dimension {
                 let holds = |b: &crate::model::Boundary| b.holds_axis(axis) && b.holds(&model.axes, &index[..model.dimension]);
                 if let Some(boundary) = model.boundaries.iter().rposition(holds) {
-                    held.push(Held { node: i, axis, boundary });
+                    held.push(Held { body: 0, node: i, axis, boundary });
                 }
             }
         }

@@ -87,5 +87,92 @@ fn fixed_cost(c: &mut Criterion) {
     c.bench_function("one particle, one substep", |b| b.iter(|| sim.step(dt).expect("a good step")));
 }
 
-criterion_group!(benches, throughput, domain, fixed_cost);
+/// A block of `side` cells an axis with two particles along each axis, on a grid of its own.
+fn block_of_its_own(dimension: usize, side: usize, degree: usize, law: &str, mass: &str) -> Simulation {
+    let h = 1.0 / side as f64;
+    let list = |value: &str| format!("[{}]", vec![value; dimension].join(", "));
+    let (zeros, ones) = (list("0"), list("1"));
+    let axes = &["\"x\"", "\"y\"", "\"z\""][..dimension].join(", ");
+    let gravity = &["0", "-9.81", "0"][..dimension].join(", ");
+    let text = format!(
+        r#"
+        title = "elastic block, total Lagrangian"
+        dimension = {dimension}
+        grid = {{ origin = {zeros}, size = {ones}, cell = {h} }}
+        material.m = {{ law = "{law}", young = 1e6, poisson = 0.3, density = 1e3 }}
+        method = {{ formulation = "total", degree = {degree}, mass = "{mass}" }}
+        time = {{ end = 100, step = {step} }}
+        load.weight.gravity = [{gravity}]
+        boundary.walls = {{ face = "x-", fixed = [{axes}] }}
+        body.b = {{ material = "m", shape = {{ box = {{ min = {zeros}, max = {ones} }} }}, particles_per_cell = 2 }}
+        "#,
+        step = step(side),
+    );
+    Scene::from_toml(&text).expect("a good scene").build().expect("a good scene")
+}
+
+/// The cantilever of Andersen and Andersen (2007) with 288 particles and a traction from outside.
+fn small_cantilever(mass: &str) -> Simulation {
+    let text = format!(
+        r#"
+        title = "small cantilever"
+        dimension = 2
+        grid = {{ origin = [0, -2], size = [9, 4], cell = 0.5 }}
+        material.m = {{ law = "neo_hookean", young = 3e5, poisson = 0, density = 1e3 }}
+        method = {{ formulation = "total", degree = 2, mass = "{mass}" }}
+        time = {{ end = 20, step = 2e-3 }}
+        load.tip.traction = {{ body = "beam", face = "x+", value = "external" }}
+        boundary.root = {{ face = "x-", fixed = ["x", "y"] }}
+        body.beam = {{ material = "m", shape = {{ box = {{ min = [0, 0], max = [8, 1] }} }} }}
+        probe.tip = {{ at = [8, 0.5] }}
+        "#
+    );
+    Scene::from_toml(&text).expect("a good scene").build().expect("a good scene")
+}
+
+/// Bodies on grids of their own.
+fn total(c: &mut Criterion) {
+    let pool = |threads: usize| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+    let mut group = c.benchmark_group("total: block, f64");
+    group.sample_size(10).warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_secs(2));
+    for (threads, dimension, side, degree, law, mass) in [
+        (1, 3, 24, 2, "neo_hookean", "lumped"),
+        (2, 3, 24, 2, "neo_hookean", "lumped"),
+        (1, 3, 24, 2, "linear_elastic", "lumped"),
+        (1, 3, 24, 2, "neo_hookean", "consistent"),
+        (2, 3, 24, 2, "neo_hookean", "consistent"),
+        (1, 3, 50, 2, "neo_hookean", "lumped"),
+        (2, 3, 50, 2, "neo_hookean", "lumped"),
+        (1, 3, 24, 1, "neo_hookean", "lumped"),
+        (1, 3, 24, 3, "neo_hookean", "lumped"),
+        (1, 2, 160, 2, "neo_hookean", "lumped"),
+        (1, 2, 160, 2, "neo_hookean", "consistent"),
+    ] {
+        let pool = pool(threads);
+        let mut sim = block_of_its_own(dimension, side, degree, law, mass);
+        let n = sim.describe().particles;
+        group.throughput(Throughput::Elements(n as u64 * SUBSTEPS));
+        let dt = SUBSTEPS as f64 * step(side);
+        group.bench_function(BenchmarkId::new(format!("{threads} threads, {dimension}d, degree {degree}, {law}, {mass} mass"), n), |b| {
+            b.iter(|| pool.install(|| sim.step(dt).expect("a good step")));
+        });
+    }
+    group.finish();
+    for mass in ["lumped", "consistent"] {
+        let mut sim = small_cantilever(mass);
+        let n = sim.describe().particles;
+        c.bench_function(&format!("total: cantilever of {n} particles, {mass} mass, one step"), |b| {
+            b.iter(|| sim.step(2e-3).expect("a good step"));
+        });
+        c.bench_function(&format!("total: cantilever of {n} particles, {mass} mass, one step with load and probe"), |b| {
+            b.iter(|| {
+                sim.set("load/tip/traction", &[0.0, -1.0]).expect("an input");
+                sim.step(2e-3).expect("a good step");
+                sim.get("probe/tip/displacement").expect("an output")[1]
+            });
+        });
+    }
+}
+
+criterion_group!(benches, throughput, total, domain, fixed_cost);
 criterion_main!(benches);

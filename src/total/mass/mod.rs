@@ -1,6 +1,7 @@
 //! Mass matrices, and how they are inverted.
 
 mod filled;
+mod line;
 mod sparse;
 
 use super::Held;
@@ -78,6 +79,24 @@ impl Mass {
             Self::Filled(mass) => mass.entry(i, j),
             Self::Sparse(mass) => mass.entry(i, j),
         }
+    }
+
+    /// The lumped mass of a node; 0 where there is none \[kg\].
+    pub(super) fn lumped(&self, i: usize) -> f64 {
+        if let Self::Lumped(masses) = self { masses[i] } else { 0.0 }
+    }
+
+    /// Rows of the matrix, those of a box of nodes, times one component of a field.
+    pub(super) fn rows_times(&mut self, rows: &[Range<usize>; 3], counts: [usize; 3], field: &[f64]) -> Vec<f64> {
+        if let Self::Filled(mass) = self {
+            return mass.rows_times(rows, field);
+        }
+        let mut all = field.to_vec();
+        self.times(&mut all);
+        let [_, y, z] = counts;
+        let line = |i: usize, j: usize| rows[2].clone().map(move |k| (i * y + j) * z + k);
+        let nodes = rows[0].clone().flat_map(|i| rows[1].clone().flat_map(move |j| line(i, j)));
+        nodes.map(|node| all[node]).collect()
     }
 
     /// Solves for the free nodes of a component, in place; what stands at held nodes is lost.
