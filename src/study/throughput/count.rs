@@ -55,11 +55,6 @@ impl Count {
     pub(super) fn intensity(&self) -> f64 {
         self.flops() / self.bytes()
     }
-
-    /// Least time for a particle-step \[s\] on a core of so many operations and bytes a second.
-    pub(super) fn least_time(&self, peak: f64, bandwidth: f64) -> f64 {
-        f64::max(self.flops() / peak, self.bytes() / bandwidth)
-    }
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::scenes::{self, APIC, Size};
 use super::stopwatch::{Stopwatch, Task};
-use super::{Bench, Entry, million, three};
+use super::{Bench, Entry, million, thousandths, three};
 use crate::study::Section;
 use crate::study::tools::tabulate;
 
@@ -21,7 +21,7 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
     let memory = |name: &str| Some(Stopwatch::start(bench.program, &Task::new(scene(name)), 1, None).ok()?.memory as f64);
     let rows = [(TIGHT, Some(1.0)), (WIDE, ratio)];
     let table = tabulate("Time and memory", &["domain", "M/s", "time", "memory [MB]"], rows, |(name, time)| {
-        (name.to_owned(), vec![race.median(name).map(million), time, memory(name).map(|bytes| three(1e-6 * bytes))])
+        (name.to_owned(), vec![race.median(name).map(million), time.map(thousandths), memory(name).map(|bytes| three(1e-6 * bytes))])
     });
     let findings = bench.judge("domain 1,000 times larger", "At most 1.02 times the time.", || {
         let ratio = ratio?;

@@ -92,7 +92,8 @@ macro_rules! chains {
     ($name:ident, $features:literal, $splat:ident, $fmadd:ident, $sum:ident, $number:ty) => {
         #[cfg(target_arch = "x86_64")]
         #[target_feature(enable = $features)]
-        fn $name(links: u64, factor: $number) -> f64 {
+        #[inline]
+        pub(super) fn $name(links: u64, factor: $number) -> f64 {
             use std::arch::x86_64::*;
             let (a, b) = ($splat(factor), $splat(1.0 - factor));
             let mut x = [a; CHAINS];
@@ -114,30 +115,50 @@ chains!(avx512_single, "avx512f", _mm512_set1_ps, _mm512_fmadd_ps, _mm512_reduce
 chains!(avx2_double, "avx2,fma", _mm256_set1_pd, _mm256_fmadd_pd, _mm256_cvtsd_f64, f64);
 chains!(avx2_single, "avx2,fma", _mm256_set1_ps, _mm256_fmadd_ps, _mm256_cvtss_f32, f32);
 
-macro_rules! portable {
-    ($name:ident, $number:ty) => {
-        /// As many lanes as the least of registers has, so that the compiler makes vectors of them.
-        fn $name(links: u64, factor: $number) -> f64 {
-            const LANES: usize = 16 / size_of::<$number>();
-            let mut x = [[factor; LANES]; CHAINS];
-            for _ in 0..links {
-                for i in 0..CHAINS {
-                    for lane in 0..LANES {
-                        // a fused multiply-add is a call of a library where the processor need not have it
-                        x[i][lane] = if cfg!(target_arch = "aarch64") {
-                            x[i][lane].mul_add(factor, 1.0 - factor)
-                        } else {
-                            x[i][lane] * factor + (1.0 - factor)
-                        };
+/// What every processor has that runs this program: SSE2, where a fused multiply-add is two instructions.
+#[cfg(target_arch = "x86_64")]
+mod portable {
+    use super::CHAINS;
+    use std::arch::x86_64::*;
+
+    #[inline]
+    #[target_feature(enable = "sse2")]
+    fn fmadd_pd(x: __m128d, a: __m128d, b: __m128d) -> __m128d {
+        _mm_add_pd(_mm_mul_pd(x, a), b)
+    }
+    #[inline]
+    #[target_feature(enable = "sse2")]
+    fn fmadd_ps(x: __m128, a: __m128, b: __m128) -> __m128 {
+        _mm_add_ps(_mm_mul_ps(x, a), b)
+    }
+    chains!(double, "sse2", _mm_set1_pd, fmadd_pd, _mm_cvtsd_f64, f64);
+    chains!(single, "sse2", _mm_set1_ps, fmadd_ps, _mm_cvtss_f32, f32);
+}
+
+/// What the compiler makes of arrays as wide as a register.
+#[cfg(not(target_arch = "x86_64"))]
+mod portable {
+    use super::CHAINS;
+
+    macro_rules! arrays {
+        ($name:ident, $number:ty) => {
+            pub(super) fn $name(links: u64, factor: $number) -> f64 {
+                const LANES: usize = 16 / size_of::<$number>();
+                let mut x = [[factor; LANES]; CHAINS];
+                for _ in 0..links {
+                    for i in 0..CHAINS {
+                        for lane in 0..LANES {
+                            x[i][lane] = x[i][lane].mul_add(factor, 1.0 - factor);
+                        }
                     }
                 }
+                f64::from(x.iter().flatten().sum::<$number>())
             }
-            f64::from(x.iter().flatten().sum::<$number>())
-        }
-    };
+        };
+    }
+    arrays!(double, f64);
+    arrays!(single, f32);
 }
-portable!(portable_double, f64);
-portable!(portable_single, f32);
 
 /// Operations a second of `threads` cores.
 fn peak(set: Instructions, precision: Precision, threads: usize) -> f64 {
@@ -162,8 +183,16 @@ fn peak(set: Instructions, precision: Precision, threads: usize) -> f64 {
             // SAFETY: as above
             #[cfg(target_arch = "x86_64")]
             (Instructions::Avx2, Precision::Single) => unsafe { avx2_single(LINKS, factor) },
-            (_, Precision::Double) => portable_double(LINKS, factor.into()),
-            (_, Precision::Single) => portable_single(LINKS, factor),
+            // SAFETY: SSE2 is part of the architecture
+            #[cfg(target_arch = "x86_64")]
+            (Instructions::Portable, Precision::Double) => unsafe { portable::double(LINKS, factor.into()) },
+            // SAFETY: as above
+            #[cfg(target_arch = "x86_64")]
+            (Instructions::Portable, Precision::Single) => unsafe { portable::single(LINKS, factor) },
+            #[cfg(not(target_arch = "x86_64"))]
+            (_, Precision::Double) => portable::double(LINKS, factor.into()),
+            #[cfg(not(target_arch = "x86_64"))]
+            (_, Precision::Single) => portable::single(LINKS, factor),
         });
     };
     let flops = (2 * CHAINS * lanes * threads) as f64 * LINKS as f64;

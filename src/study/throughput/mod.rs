@@ -263,6 +263,11 @@ fn three(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }
 
+/// Three decimals, for ratios near 1.
+fn thousandths(ratio: f64) -> f64 {
+    (1e3 * ratio).round() / 1e3
+}
+
 /// A rate in M/s, three digits.
 fn million(rate: f64) -> f64 {
     three(1e-6 * rate)

@@ -15,7 +15,8 @@ struct Fields {
 }
 
 fn run(scene: &str) -> Result<Fields, String> {
-    let text = |error: &dyn std::fmt::Display| error.to_string();
+    // a key that is not known is told without the list of those that are
+    let text = |error: &dyn std::fmt::Display| error.to_string().split("; allowed:").next().unwrap_or_default().to_owned();
     let mut sim = Scene::from_toml(scene).and_then(Scene::build).map_err(|e| text(&e))?;
     sim.step(sim.scene().time.end).map_err(|e| text(&e))?;
     let mut get = |name: &str| sim.get(name).map(<[f64]>::to_vec).map_err(|e| text(&e));

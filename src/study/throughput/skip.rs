@@ -1,6 +1,6 @@
 //! What a scene does not use costs nothing: a plain scene against the same scene in which something is declared and has nothing to do.
 
-use super::{Bench, Entry, Scratch, three};
+use super::{Bench, Entry, Scratch, thousandths};
 use crate::study::Section;
 use crate::study::tools::tabulate;
 
@@ -71,7 +71,7 @@ fn pairs(scratch: &Scratch) -> Vec<Pair> {
     vec![
         Pair {
             feature: "contact",
-            idle: Some(("contact declared, one body", declared("contact", "contact = { friction = 0 }"))),
+            idle: None,
             used: ("two halves in contact", used("contact", Plain { more: "contact = { friction = 0 }", halves: true, ..PLAIN })),
         },
         Pair {
@@ -143,7 +143,7 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
         &rows,
         |(feature, names)| {
             let what = |which: usize| names[which].as_ref().map_or("cannot be declared without use", |(what, _)| what);
-            (format!("{feature}: {} / {}", what(0), what(1)), [0, 1].map(|which| of(names, which).map(|t| three(10.0 * t) / 10.0)).to_vec())
+            (format!("{feature}: {} / {}", what(0), what(1)), [0, 1].map(|which| of(names, which).map(thousandths)).to_vec())
         },
     );
     let findings = rows.iter().filter(|(_, names)| names[0].is_some()).flat_map(|(feature, names)| {

@@ -3,7 +3,7 @@
 
 use crate::Simulation;
 use crate::record::{Options, Recorder, sink_for};
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneError};
 use serde::{Deserialize, Serialize};
 use std::hint::black_box;
 use std::io::{BufRead, BufReader, Write};
@@ -101,7 +101,9 @@ struct Timed {
 
 impl Timed {
     fn new(task: Task) -> Result<Self, String> {
-        let mut sim = Scene::from_toml(&task.scene).and_then(Scene::build).map_err(text)?;
+        // a key that is not known is told without the list of those that are
+        let fault = |error: SceneError| text(error).split("; allowed:").next().unwrap_or_default().to_owned();
+        let mut sim = Scene::from_toml(&task.scene).and_then(Scene::build).map_err(fault)?;
         if task.shuffled {
             sim.shuffle();
         }
