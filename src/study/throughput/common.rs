@@ -70,7 +70,7 @@ fn section(bench: &mut Bench, part: &str, size: Size, substeps: u64) -> Result<S
     for row in ROWS.iter().filter(|row| row.threads == 1 && !row.shuffled) {
         if let Some(rate) = race.median(row.name) {
             let precision = row.name.split(',').next().unwrap_or_default();
-            bench.points.push((format!("{} particles, {precision}", size.particles()), count(row), rate));
+            bench.points.push((format!("common work, {} particles, {precision}", size.particles()), count(row), rate));
         }
     }
     let factor = |first: &Row, second: &Row| race.ratio(first.name, second.name);

@@ -87,14 +87,16 @@ impl Roofline {
             if from[0] - LEFT > 7.0 * name.len() as f64 {
                 svg.text([from[0] - 8.0, from[1]], 12.0, Anchor::End, name);
             } else {
-                svg.text([LEFT + PLOT[0] - 6.0, from[1] - 5.0], 12.0, Anchor::End, name);
+                svg.text([LEFT + 6.0, from[1] - 5.0], 12.0, Anchor::Start, name);
             }
         }
         for (name, slope) in &self.slopes {
             svg.line(place([x.low, slope * x.low]), place([top / slope, top]), ROOF, 1.6);
-            // below the line, near its lower end
-            let [at, height] = place([1.3 * x.low, 1.3 * x.low * slope]);
-            svg.text([at + 10.0, height + 8.0], 12.0, Anchor::Start, format_args!("{name}: {:.0} GB/s", 1e-9 * slope));
+            // above the line, along it: what is reached lies below
+            let [[x0, y0], [x1, y1]] = [place([1.2 * x.low, 1.2 * x.low * slope]), place([2.0 * x.low, 2.0 * x.low * slope])];
+            let angle = (y0 - y1).atan2(x1 - x0);
+            let above = [x0 - 6.0 * angle.sin(), y0 - 6.0 * angle.cos()];
+            svg.text_rising(above, angle.to_degrees(), 12.0, format_args!("{name}: {:.0} GB/s", 1e-9 * slope));
         }
         let mut points: Vec<(&str, [f64; 2], f64)> = self.points.iter().map(|(name, at)| (name.as_str(), place(*at), at[1])).collect();
         points.sort_by(|a, b| a.1[1].total_cmp(&b.1[1]));
