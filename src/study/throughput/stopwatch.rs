@@ -40,6 +40,8 @@ enum Order {
     Memory,
     /// A hash of the snapshot of now.
     Hash,
+    /// The kinetic energy, by which `benches/peers/race.py` sees that all codes have done the same.
+    Energy,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -54,6 +56,8 @@ enum Answer {
     /// Resident memory \[bytes\].
     Resident(u64),
     Hash(u64),
+    /// \[J\].
+    Energy(f64),
     Fault(String),
 }
 
@@ -81,6 +85,7 @@ pub fn serve() -> std::io::Result<()> {
             Ok(Order::Step { calls, substeps }) => timed.step(calls, substeps).map(Answer::Took),
             Ok(Order::Memory) => resident().map(Answer::Resident).ok_or_else(|| "this system does not tell".to_owned()),
             Ok(Order::Hash) => Ok(Answer::Hash(hash(&timed.sim.save()))),
+            Ok(Order::Energy) => timed.sim.get("energy/kinetic").map(|energy| Answer::Energy(energy[0])).map_err(text),
             Err(error) => Err(text(error)),
         })?;
     }
