@@ -52,7 +52,7 @@ fn rows(bench: &Bench) -> Vec<Row> {
 const SLACK: f64 = 1.5;
 
 pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
-    let machine = bench.machine()?.0.clone();
+    let machine = bench.machine()?.clone();
     let rows = rows(bench);
     let entry = |row: &Row| {
         let entry = Entry::scene(row.name, row.scene.clone(), 20);

@@ -35,7 +35,7 @@ pub(super) fn million(bench: &mut Bench) -> Result<Section, String> {
 fn section(bench: &mut Bench, part: &str, size: Size, substeps: u64) -> Result<Section, String> {
     // the limits of the arrays in memory are those of the part `machine`, the arithmetic is measured again in each round
     let best = Instructions::all()[0];
-    let memory = bench.machine()?.0.memory;
+    let memory = bench.machine()?.memory;
     let scene = |row: &Row| {
         let precision = if row.precision == Precision::Single { SINGLE_PRECISION } else { "" };
         scenes::block(size, &format!("{APIC}{precision}"), 1)

@@ -20,7 +20,7 @@ fn halo(particles: f64, cores: usize) -> f64 {
 }
 
 pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
-    let memory = bench.machine()?.0.memory;
+    let memory = bench.machine()?.memory;
     let size = bench.effort.pick(Size::COMMON, Size::MILLION);
     let entry = |name: &str, threads: usize| Entry::scene(name, scenes::block(size, APIC, 1), 5).threads(threads);
     let race = bench.race("cores", vec![entry(ONE, 1), entry(TWO, 2)], bench.effort.pick(3, 5))?;

@@ -262,6 +262,8 @@ pub(super) struct Machine {
     pub(super) cache: f64,
     /// With one thread and with two.
     pub(super) memory: [f64; 2],
+    /// All that was measured, with one thread and with two: name, and operations or bytes a second.
+    rows: Vec<(String, [f64; 2])>,
 }
 
 impl Machine {
@@ -280,7 +282,7 @@ fn array(effort: Effort) -> usize {
     effort.pick(1 << 23, 1 << 25)
 }
 
-pub(super) fn measure(bench: &mut Bench) -> Result<(Machine, Vec<(String, [f64; 2])>), String> {
+pub(super) fn measure(bench: &mut Bench) -> Result<Machine, String> {
     let memory = Limit::Memory(array(bench.effort));
     let limits: Vec<Limit> = Instructions::all()
         .into_iter()
@@ -291,18 +293,21 @@ pub(super) fn measure(bench: &mut Bench) -> Result<(Machine, Vec<(String, [f64; 
     let race = bench.race("machine", entries, bench.effort.pick(3, 15))?;
     let of = |limit: Limit, threads: usize| race.median(&limit.name(threads)).unwrap_or(f64::NAN);
     let peaks = Instructions::all().into_iter().map(|set| (set, of(Limit::Peak(set, Precision::Double), 1)));
-    let machine = Machine { peaks: peaks.collect(), cache: of(Limit::Cache, 1), memory: [1, 2].map(|threads| of(memory, threads)) };
     let rows = limits.iter().map(|&limit| {
         let name = limit.name(1);
         let unit = if matches!(limit, Limit::Peak(..)) { "Gflop/s" } else { "GB/s" };
         (format!("{} [{unit}]", name.trim_end_matches(", 1 thread")), [1, 2].map(|threads| of(limit, threads)))
     });
-    let rows = rows.collect();
-    Ok((machine, rows))
+    Ok(Machine {
+        peaks: peaks.collect(),
+        cache: of(Limit::Cache, 1),
+        memory: [1, 2].map(|threads| of(memory, threads)),
+        rows: rows.collect(),
+    })
 }
 
 pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
-    let rows = bench.machine()?.1.clone();
+    let rows = bench.machine()?.rows.clone();
     let table = tabulate("Limits (medians)", &["what", "1 thread", "2 threads"], rows, |(name, values)| {
         (name, values.map(|v| Some(three(1e-9 * v))).to_vec())
     });

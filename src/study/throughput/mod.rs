@@ -100,7 +100,7 @@ struct Bench<'a> {
     effort: Effort,
     program: &'a Path,
     peers: &'a Path,
-    machine: Option<(Machine, Vec<(String, [f64; 2])>)>,
+    machine: Option<Machine>,
     /// Points of the roofline: name, what a particle takes, particle-steps a second with one thread.
     points: Vec<(String, Count, f64)>,
     /// Every figure of every round, as CSV.
@@ -112,8 +112,8 @@ impl<'a> Bench<'a> {
         Self { effort, program, peers, machine: None, points: Vec::new(), log: "part,name,round,value\n".to_owned() }
     }
 
-    /// The limits, measured when they are first asked for; the rows are all that was measured.
-    fn machine(&mut self) -> Result<&(Machine, Vec<(String, [f64; 2])>), String> {
+    /// The limits, measured when they are first asked for.
+    fn machine(&mut self) -> Result<&Machine, String> {
         let measured = match self.machine.take() {
             Some(measured) => measured,
             None => machine::measure(self)?,

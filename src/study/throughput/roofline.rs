@@ -140,7 +140,7 @@ fn spread(wanted: &[f64], floor: f64) -> Vec<f64> {
 }
 
 pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
-    let machine = bench.machine()?.0.clone();
+    let machine = bench.machine()?.clone();
     if bench.points.is_empty() {
         // no other part has measured anything
         let name = "common work";
