@@ -56,9 +56,12 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
     let rows = rows(bench);
     let entry = |row: &Row| {
         let entry = Entry::scene(row.name, row.scene.clone(), 20);
-        row.instructions.map_or_else(|| Entry::scene(row.name, row.scene.clone(), 20), |set| entry.instructions(set.name()))
+        match row.instructions {
+            Some(set) => entry.instructions(set.name()),
+            None => entry,
+        }
     };
-    let race = bench.race("bases", rows.iter().map(entry).collect(), bench.rounds())?;
+    let race = bench.race("bases", rows.iter().map(entry).chain([Entry::peak()]).collect(), bench.rounds())?;
     // times as slow as the common work, were all at the same share of what bounds them: operations, or bytes
     let work = |row: &Row| {
         let peak = row.instructions.map_or(machine.peak(), |set| machine.peak_of(set));
@@ -76,7 +79,7 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
         (row.name.to_owned(), cells)
     });
     for row in rows.iter().skip(1) {
-        if let Some(rate) = race.median(row.name) {
+        if let Some(rate) = race.at_peak(row.name, machine.peak()) {
             bench.points.push((row.name.to_owned(), row.count, rate));
         }
     }

@@ -33,9 +33,9 @@ pub(super) fn million(bench: &mut Bench) -> Result<Section, String> {
 }
 
 fn section(bench: &mut Bench, part: &str, size: Size, substeps: u64) -> Result<Section, String> {
-    // the limits of the arrays in memory are those of the part `machine`, the arithmetic is measured again in each round
+    let peak = bench.machine()?.peak();
     let best = Instructions::all()[0];
-    let memory = bench.machine()?.memory;
+    let memory = Limit::memory(bench.effort);
     let scene = |row: &Row| {
         let precision = if row.precision == Precision::Single { SINGLE_PRECISION } else { "" };
         scenes::block(size, &format!("{APIC}{precision}"), 1)
@@ -46,12 +46,13 @@ fn section(bench: &mut Bench, part: &str, size: Size, substeps: u64) -> Result<S
         .map(|row| Entry::scene(row.name, scene(row), substeps).threads(row.threads).with(|task| task.shuffled = row.shuffled))
         .collect();
     entries.extend([ALONE, PAIR, SINGLE, SINGLE_PAIR].iter().map(|row| Entry::limit(limit(row), row.threads)));
+    entries.extend([1, 2].map(|threads| Entry::limit(memory, threads)));
     let race = bench.race(part, entries, bench.rounds())?;
 
     let count = |row: &Row| Count { number: if row.precision == Precision::Single { 4 } else { 8 }, ..Count::COMMON };
     let share = |row: &Row| {
         let of_peak = race.ratio(row.name, &limit(row).name(row.threads))? * count(row).flops();
-        let of_memory = race.median(row.name)? * count(row).bytes() / memory[row.threads - 1];
+        let of_memory = race.ratio(row.name, &memory.name(row.threads))? * count(row).bytes();
         Some([of_peak, of_memory])
     };
     let header = ["", "M/s", "Gflop/s", "of multiply-adds [%]", "GB/s", "of triad in memory [%]"];
@@ -68,7 +69,7 @@ fn section(bench: &mut Bench, part: &str, size: Size, substeps: u64) -> Result<S
         (row.name.to_owned(), cells)
     });
     for row in ROWS.iter().filter(|row| row.threads == 1 && !row.shuffled) {
-        if let Some(rate) = race.median(row.name) {
+        if let Some(rate) = race.at_peak(row.name, peak) {
             let precision = row.name.split(',').next().unwrap_or_default();
             bench.points.push((format!("common work, {} particles, {precision}", size.particles()), count(row), rate));
         }
@@ -93,8 +94,8 @@ fn section(bench: &mut Bench, part: &str, size: Size, substeps: u64) -> Result<S
             "A neo-Hookean block of {0} x {0} x {0} cells falls in a cube: quadratic B-splines, APIC, stress last, 8 particles a cell, jittered. \
              {substeps} steps a timing, in one call; the first timing does not count. A particle takes {1} operations (separable form: sums over \
              nodes axis by axis) and {2} bytes in double precision, {3} in single (each number of the state in once and out once, and its share \
-             of the nodes): formulas in `src/study/throughput/count.rs`. Shares of the multiply-adds are of the {4} peak of the precision, \
-             measured in the same rounds.",
+             of the nodes): formulas in `src/study/throughput/count.rs`. Shares are of the {4} multiply-adds of the precision and of the \
+             triad, measured in the same rounds.",
             size.block,
             Count::COMMON.flops(),
             Count::COMMON.bytes(),

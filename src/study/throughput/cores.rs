@@ -1,5 +1,6 @@
 //! A plan for 64 cores, on paper: where arithmetic ends and memory begins.
 
+use super::machine::Limit;
 use super::scenes::{self, APIC, Size};
 use super::{Bench, Count, Entry, three};
 use crate::study::Section;
@@ -20,10 +21,11 @@ fn halo(particles: f64, cores: usize) -> f64 {
 }
 
 pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
-    let memory = bench.machine()?.memory;
+    let memory = Limit::memory(bench.effort);
     let size = bench.effort.pick(Size::COMMON, Size::MILLION);
     let entry = |name: &str, threads: usize| Entry::scene(name, scenes::block(size, APIC, 1), 5).threads(threads);
-    let race = bench.race("cores", vec![entry(ONE, 1), entry(TWO, 2)], bench.effort.pick(3, 5))?;
+    let entries = vec![entry(ONE, 1), entry(TWO, 2), Entry::limit(memory, 1), Entry::limit(memory, 2)];
+    let race = bench.race("cores", entries, bench.effort.pick(3, 5))?;
     let (Some(one), Some(two)) = (race.median(ONE), race.median(TWO)) else {
         return Err(race.faults.into_iter().map(|fault| fault.1).collect::<Vec<_>>().join("; "));
     };
@@ -31,10 +33,16 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
     let traffic = tabulate(
         "Memory traffic here: counted bytes times the rate",
         &["", "M/s", "GB/s", "triad in memory [GB/s]", "share [%]"],
-        [(ONE, one, memory[0]), (TWO, two, memory[1])],
-        |(name, rate, triad)| {
-            let cells = [1e-6 * rate, 1e-9 * rate * bytes, 1e-9 * triad, 100.0 * rate * bytes / triad];
-            (name.to_owned(), cells.map(|v| Some(three(v))).to_vec())
+        [(ONE, one, 1), (TWO, two, 2)],
+        |(name, rate, threads)| {
+            let triad = memory.name(threads);
+            let cells = [
+                Some(1e-6 * rate),
+                Some(1e-9 * rate * bytes),
+                race.median(&triad).map(|triad| 1e-9 * triad),
+                race.ratio(name, &triad).map(|share| 100.0 * share * bytes),
+            ];
+            (name.to_owned(), cells.map(|v| v.map(three)).to_vec())
         },
     );
     let limit = |cores: usize, particles: f64| SHARE * CHANNELS / (bytes + halo(particles, cores));

@@ -51,7 +51,7 @@ pub(super) enum Limit {
     Peak(Instructions, Precision),
     /// The triad a = b + s c in arrays of 0.5 MiB, which three of the L2 caches of now hold \[B/s\]: 24 bytes a number.
     Cache,
-    /// The same in arrays of so many numbers, which no cache holds.
+    /// The same in arrays of so many numbers, which caches do not hold.
     Memory(usize),
 }
 
@@ -63,6 +63,16 @@ pub(super) enum Precision {
 }
 
 impl Limit {
+    /// The fastest multiply-adds in double precision.
+    pub(super) fn fastest() -> Self {
+        Self::Peak(Instructions::all()[0], Precision::Double)
+    }
+
+    /// The triad in arrays as large as `effort` allows: 256 MiB, or 64 MiB, which a large cache may hold in part.
+    pub(super) fn memory(effort: Effort) -> Self {
+        Self::Memory(effort.pick(1 << 23, 1 << 25))
+    }
+
     pub(super) fn name(self, threads: usize) -> String {
         let what = match self {
             Self::Peak(set, Precision::Double) => format!("multiply-add, {}, double", set.name()),
@@ -259,9 +269,10 @@ fn together<T: Send, R: Send>(threads: usize, inputs: Vec<T>, work: impl Fn(T) -
 pub(super) struct Machine {
     /// Multiply-adds in double precision, by instructions, the fastest first.
     pub(super) peaks: Vec<(Instructions, f64)>,
+    /// The triad in L2.
     pub(super) cache: f64,
-    /// With one thread and with two.
-    pub(super) memory: [f64; 2],
+    /// The triad in memory.
+    pub(super) memory: f64,
     /// All that was measured, with one thread and with two: name, and operations or bytes a second.
     rows: Vec<(String, [f64; 2])>,
 }
@@ -277,13 +288,8 @@ impl Machine {
     }
 }
 
-/// Numbers of an array in memory: 256 MiB, or 64 MiB, which a large cache may hold in part.
-fn array(effort: Effort) -> usize {
-    effort.pick(1 << 23, 1 << 25)
-}
-
 pub(super) fn measure(bench: &mut Bench) -> Result<Machine, String> {
-    let memory = Limit::Memory(array(bench.effort));
+    let memory = Limit::memory(bench.effort);
     let limits: Vec<Limit> = Instructions::all()
         .into_iter()
         .flat_map(|set| [Limit::Peak(set, Precision::Double), Limit::Peak(set, Precision::Single)])
@@ -298,12 +304,7 @@ pub(super) fn measure(bench: &mut Bench) -> Result<Machine, String> {
         let unit = if matches!(limit, Limit::Peak(..)) { "Gflop/s" } else { "GB/s" };
         (format!("{} [{unit}]", name.trim_end_matches(", 1 thread")), [1, 2].map(|threads| of(limit, threads)))
     });
-    Ok(Machine {
-        peaks: peaks.collect(),
-        cache: of(Limit::Cache, 1),
-        memory: [1, 2].map(|threads| of(memory, threads)),
-        rows: rows.collect(),
-    })
+    Ok(Machine { peaks: peaks.collect(), cache: of(Limit::Cache, 1), memory: of(memory, 1), rows: rows.collect() })
 }
 
 pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
@@ -317,7 +318,7 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
             "{}. Multiply-adds: {CHAINS} chains in registers, two operations each. Triad: a = b + s c, 24 bytes a number, in three arrays of \
              0.5 MiB (L2) and of {} MiB (memory).",
             processor(),
-            array(bench.effort) >> 17
+            bench.effort.pick(64, 256)
         ),
         tables: vec![table],
         ..Section::default()

@@ -101,7 +101,7 @@ struct Bench<'a> {
     program: &'a Path,
     peers: &'a Path,
     machine: Option<Machine>,
-    /// Points of the roofline: name, what a particle takes, particle-steps a second with one thread.
+    /// Points of the roofline: name, what a particle takes, particle-steps a second with one thread at the peak of `machine`.
     points: Vec<(String, Count, f64)>,
     /// Every figure of every round, as CSV.
     log: String,
@@ -183,6 +183,11 @@ impl Entry {
         Self { name: limit.name(threads), kind: Kind::Limit { limit, threads } }
     }
 
+    /// The fastest multiply-adds in double precision, with one thread.
+    fn peak() -> Self {
+        Self::limit(Limit::fastest(), 1)
+    }
+
     fn threads(mut self, count: usize) -> Self {
         if let Kind::Steps { threads, .. } = &mut self.kind {
             *threads = count;
@@ -244,6 +249,11 @@ impl Race {
 
     fn median(&self, name: &str) -> Option<f64> {
         self.of(name).map(|figures| median(figures.to_vec()))
+    }
+
+    /// The rate that the share of the multiply-adds of its rounds would have been at another `peak` \[flop/s\].
+    fn at_peak(&self, name: &str, peak: f64) -> Option<f64> {
+        Some(peak * self.ratio(name, &Limit::fastest().name(1))?)
     }
 
     /// How many times faster the first is than the second.

@@ -87,16 +87,16 @@ impl Roofline {
             if from[0] - LEFT > 7.0 * name.len() as f64 {
                 svg.text([from[0] - 8.0, from[1]], 12.0, Anchor::End, name);
             } else {
-                svg.text([LEFT + 6.0, from[1] - 5.0], 12.0, Anchor::Start, name);
+                svg.text([LEFT + 6.0, from[1] + 15.0], 12.0, Anchor::Start, name);
             }
         }
         for (name, slope) in &self.slopes {
             svg.line(place([x.low, slope * x.low]), place([top / slope, top]), ROOF, 1.6);
-            // above the line, along it: what is reached lies below
+            // below the line, along it, near its lower end: points begin to the right of that
             let [[x0, y0], [x1, y1]] = [place([1.2 * x.low, 1.2 * x.low * slope]), place([2.0 * x.low, 2.0 * x.low * slope])];
             let angle = (y0 - y1).atan2(x1 - x0);
-            let above = [x0 - 6.0 * angle.sin(), y0 - 6.0 * angle.cos()];
-            svg.text_rising(above, angle.to_degrees(), 12.0, format_args!("{name}: {:.0} GB/s", 1e-9 * slope));
+            let below = [x0 + 14.0 * angle.sin(), y0 + 14.0 * angle.cos()];
+            svg.text_rising(below, angle.to_degrees(), 12.0, format_args!("{name}: {:.0} GB/s", 1e-9 * slope));
         }
         let mut points: Vec<(&str, [f64; 2], f64)> = self.points.iter().map(|(name, at)| (name.as_str(), place(*at), at[1])).collect();
         points.sort_by(|a, b| a.1[1].total_cmp(&b.1[1]));
@@ -145,14 +145,17 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
         // no other part has measured anything
         let name = "common work";
         let size = bench.effort.pick(Size::QUICK, Size::COMMON);
-        let race = bench.race("roofline", vec![Entry::scene(name, scenes::block(size, APIC, 1), 20)], bench.rounds())?;
-        let rate = race.median(name).ok_or_else(|| race.faults.into_iter().map(|fault| fault.1).collect::<String>())?;
+        let entries = vec![Entry::scene(name, scenes::block(size, APIC, 1), 20), Entry::peak()];
+        let race = bench.race("roofline", entries, bench.rounds())?;
+        let Some(rate) = race.at_peak(name, machine.peak()) else {
+            return Err(race.faults.into_iter().map(|fault| fault.1).collect());
+        };
         bench.points.push((format!("{name}, {} particles", size.particles()), Count::COMMON, rate));
     }
     let roofline = Roofline {
         title: "What is reached with one thread, and what the machine allows".into(),
         peaks: machine.peaks.iter().map(|(set, peak)| (format!("{}, double", set.name()), *peak)).collect(),
-        slopes: vec![("triad in L2".into(), machine.cache), ("triad in memory".into(), machine.memory[0])],
+        slopes: vec![("triad in L2".into(), machine.cache), ("triad in memory".into(), machine.memory)],
         points: bench.points.iter().map(|(name, count, rate)| (name.clone(), [count.intensity(), count.flops() * rate])).collect(),
     };
     let figure = Figure {
@@ -163,7 +166,8 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
     Ok(Section {
         title: "Roofline".into(),
         text: "Operations and bytes as counted by the formulas of `src/study/throughput/count.rs`: bytes are those of one pass over the state, \
-               which a body in a cache does not take from memory."
+               which a body in a cache does not take from memory. Each point has the share of the multiply-adds that it had in its own rounds, for \
+               the machine may have changed its speed since."
             .into(),
         figures: vec![figure],
         ..Section::default()
