@@ -42,7 +42,7 @@ fn rows(bench: &Bench) -> Vec<Row> {
     let named = |name, set| Row { instructions: Some(set), ..space(name, APIC, 3, true) };
     let sets = Instructions::all().into_iter().skip(1);
     rows.extend(sets.map(|set| match set {
-        Instructions::Portable => named("APIC, quadratic B-splines, portable instructions", set),
+        Instructions::Portable => named("APIC, quadratic B-splines, portable", set),
         _ => named("APIC, quadratic B-splines, AVX2", set),
     }));
     rows

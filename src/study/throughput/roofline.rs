@@ -23,7 +23,7 @@ pub struct Roofline {
 const LEFT: f64 = 70.0;
 const TOP: f64 = 50.0;
 const PLOT: [f64; 2] = [470.0, 430.0];
-/// Where the names of the points begin, and how far apart they are at least \[px\].
+/// Where the names of limits and points begin, and how far apart they are at least \[px\].
 const NAMES: f64 = LEFT + PLOT[0] + 34.0;
 const APART: f64 = 17.0;
 const POINT: &str = "#d55e00";
@@ -78,17 +78,12 @@ impl Roofline {
         svg.text_upwards([20.0, TOP + 0.5 * PLOT[1]], 13.0, "operations a second [Gflop/s]");
         svg.rect([LEFT, TOP], PLOT, "none", INK);
         let (top, fast) = (most(&mut self.peaks.iter().map(|p| p.1)), most(&mut self.slopes.iter().map(|s| s.1)));
+        // all names that stand beside the picture: where they belong, and whether a point is there
+        let mut names: Vec<(String, [f64; 2], bool)> = Vec::new();
         for (name, peak) in &self.peaks {
-            let ridge = (peak / fast).clamp(x.low, x.high);
-            let from = place([ridge, *peak]);
-            svg.line(from, place([x.high, *peak]), ROOF, 1.6);
-            // left of where the line begins is nothing but what lies below; a line that begins at the edge has its name on it
-            let name = format!("{name}: {:.0}", 1e-9 * peak);
-            if from[0] - LEFT > 7.0 * name.len() as f64 {
-                svg.text([from[0] - 8.0, from[1]], 12.0, Anchor::End, name);
-            } else {
-                svg.text([LEFT + 6.0, from[1] + 15.0], 12.0, Anchor::Start, name);
-            }
+            let [from, to] = [(peak / fast).clamp(x.low, x.high), x.high].map(|intensity| place([intensity, *peak]));
+            svg.line(from, to, ROOF, 1.6);
+            names.push((format!("limit, {name}: {:.0}", 1e-9 * peak), to, false));
         }
         for (name, slope) in &self.slopes {
             svg.line(place([x.low, slope * x.low]), place([top / slope, top]), ROOF, 1.6);
@@ -98,14 +93,16 @@ impl Roofline {
             let below = [x0 + 14.0 * angle.sin(), y0 + 14.0 * angle.cos()];
             svg.text_rising(below, angle.to_degrees(), 12.0, format_args!("{name}: {:.0} GB/s", 1e-9 * slope));
         }
-        let mut points: Vec<(&str, [f64; 2], f64)> = self.points.iter().map(|(name, at)| (name.as_str(), place(*at), at[1])).collect();
-        points.sort_by(|a, b| a.1[1].total_cmp(&b.1[1]));
-        let heights = spread(&points.iter().map(|p| p.1[1]).collect::<Vec<_>>(), TOP + PLOT[1]);
-        for ((name, at, rate), height) in points.iter().zip(heights) {
+        names.extend(self.points.iter().map(|(name, at)| (format!("{name}: {:.1}", 1e-9 * at[1]), place(*at), true)));
+        names.sort_by(|a, b| a.1[1].total_cmp(&b.1[1]));
+        let heights = spread(&names.iter().map(|name| name.1[1]).collect::<Vec<_>>(), TOP + PLOT[1]);
+        for ((name, at, is_point), height) in names.iter().zip(heights) {
             svg.line(*at, [LEFT + PLOT[0] + 8.0, height], "#999", 0.7);
             svg.line([LEFT + PLOT[0] + 8.0, height], [NAMES - 4.0, height], "#999", 0.7);
-            svg.dot(*at, 4.0, POINT);
-            svg.text([NAMES, height + 4.0], 12.0, Anchor::Start, format_args!("{name}: {:.1}", 1e-9 * rate));
+            if *is_point {
+                svg.dot(*at, 4.0, POINT);
+            }
+            svg.text([NAMES, height + 4.0], 12.0, Anchor::Start, name);
         }
         svg.finish(TOP + PLOT[1] + 54.0)
     }
