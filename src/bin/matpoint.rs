@@ -92,7 +92,7 @@ Exit codes: 0 every finding came out as known, 1 one did not, 2 a fault in the a
     Accuracy(AccuracyArgs),
     /// Measure how fast particles are stepped, beside what the machine can do.
     #[command(after_help = "Examples:
-  matpoint study throughput                      everything, some minutes; writes docs/performance.md and docs/performance/
+  matpoint study throughput                      everything; writes docs/performance.md
   matpoint study throughput --quick --out look   small scenes, a few repetitions
   matpoint study throughput --only machine,common
 
