@@ -124,6 +124,17 @@ impl Particles {
         ]
     }
 
+    /// Exchanges two particles' places in memory.
+    fn swap(&mut self, a: usize, b: usize) {
+        self.id.swap(a, b);
+        self.body.swap(a, b);
+        self.mass.swap(a, b);
+        self.volume.swap(a, b);
+        for table in self.tables_mut() {
+            table.columns_mut().for_each(|column| column.swap(a, b));
+        }
+    }
+
     /// Memory of one particle \[bytes\].
     pub(crate) fn bytes_each(&self) -> usize {
         4 + 2 + 8 * (2 + self.tables().iter().map(|t| t.width()).sum::<usize>())
@@ -232,6 +243,20 @@ pub(crate) struct State {
 }
 
 impl State {
+    /// Puts the particles in an order that has nothing to do with their places, always the same; the next step sorts them.
+    pub(crate) fn shuffle(&mut self) {
+        let mut seed = 0_u64;
+        for last in (1..self.particles.len()).rev() {
+            // SplitMix64, and a share of it: as even as an order of particles need be
+            seed = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+            let mixed = (seed ^ (seed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            let share = u128::from(mixed ^ (mixed >> 31)) * (last as u128 + 1);
+            self.particles.swap(last, (share >> 64) as usize);
+        }
+        self.bins.clear();
+    }
+
     /// Copies this state into `other`, whose memory is used again.
     pub(crate) fn copy_to(&self, other: &mut Self) {
         let Self {

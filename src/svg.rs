@@ -52,6 +52,18 @@ impl Svg {
         ));
     }
 
+    /// Text with a white rim that rises by an angle \[degrees\] from where it begins.
+    pub(crate) fn text_rising(&mut self, [x, y]: [f64; 2], angle: f64, size: f64, text: impl Display) {
+        let text = escape(&text.to_string());
+        // the rim first, then the letters: not every program knows `paint-order`
+        for rim in [r#" stroke="white" stroke-width="3""#, ""] {
+            self.push(format_args!(
+                r#"<text transform="translate({x:.1} {y:.1}) rotate({:.1})" font-size="{size}"{rim}>{text}</text>"#,
+                -angle
+            ));
+        }
+    }
+
     /// Text with a white rim, readable on any ground.
     pub(crate) fn label(&mut self, [x, y]: [f64; 2], text: impl Display) {
         let text = escape(&text.to_string());

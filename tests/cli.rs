@@ -68,6 +68,7 @@ fn every_command_helps_with_examples() {
         &["replay", "--help"],
         &["describe", "--help"],
         &["schema", "--help"],
+        &["study", "throughput", "--help"],
     ] {
         let help = good(args);
         assert!(help.contains("Examples:\n  matpoint "), "{args:?}: {help}");

@@ -9,7 +9,7 @@ mod cli;
 use clap::{Args, Parser, Subcommand};
 use cli::Failure;
 use matpoint::record::{Precision, WhenFull};
-use matpoint::study::{Study, accuracy, papers};
+use matpoint::study::{Study, accuracy, papers, throughput};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -90,6 +90,19 @@ Exit codes: 0 every finding came out as known, 1 one did not, 2 a fault in the a
 
 Exit codes: 0 every finding came out as known, 1 one did not, 2 a fault in the arguments.")]
     Accuracy(AccuracyArgs),
+    /// Measure how fast particles are stepped, beside what the machine can do.
+    #[command(after_help = "Examples:
+  matpoint study throughput                      everything; writes docs/performance.md
+  matpoint study throughput --quick --out look   small scenes, a few repetitions
+  matpoint study throughput --only machine,common
+
+Other codes are in it where benches/peers/run has been run in the same folder. Keep the machine free of other work.
+
+Exit codes: 0 every requirement is met (--quick judges none), 1 one is not, 2 a fault in the arguments.")]
+    Throughput(ThroughputArgs),
+    /// Hold a simulation and step it on orders from standard input: what is timed by `throughput`.
+    #[command(hide = true)]
+    Stopwatch,
     /// Draw the scenes of the gallery.
     #[command(after_help = "Examples:
   matpoint study gallery                         writes docs/gallery.md and docs/gallery/")]
@@ -244,6 +257,15 @@ struct AccuracyArgs {
     only: Vec<String>,
 }
 
+#[derive(Args)]
+struct ThroughputArgs {
+    #[command(flatten)]
+    study: StudyArgs,
+    /// Parts to measure, such as machine,common; all if left out.
+    #[arg(long, value_name = "PART,...", value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(throughput::parts()))]
+    only: Vec<String>,
+}
+
 fn snapshot(text: &str) -> Result<(PathBuf, f64), String> {
     let split = text.rsplit_once('@').and_then(|(path, time)| Some((PathBuf::from(path), time.parse::<f64>().ok()?)));
     split.filter(|(_, time)| time.is_finite()).ok_or_else(|| "expected RUN@TIME, such as beam.mcap@0.5".to_owned())
@@ -281,6 +303,8 @@ fn main() -> ExitCode {
         Command::Describe(args) => cli::describe(&args),
         Command::Study(StudyCommand::Papers(args)) => cli::study(&papers::STUDY, &args.study, &args.only),
         Command::Study(StudyCommand::Accuracy(args)) => cli::study(&accuracy::STUDY, &args.study, &args.only),
+        Command::Study(StudyCommand::Throughput(args)) => cli::throughput(&args.study, &args.only),
+        Command::Study(StudyCommand::Stopwatch) => throughput::serve().map_err(Failure::Output),
         Command::Schema => cli::schema(),
     };
     match outcome {

@@ -9,7 +9,7 @@ mod study;
 pub(crate) use describe::{check, describe, schema};
 pub(crate) use inspect::{inspect, replay};
 pub(crate) use run::run;
-pub(crate) use study::{gallery, study};
+pub(crate) use study::{gallery, study, throughput};
 
 use crate::SceneArgs;
 use matpoint::Simulation;

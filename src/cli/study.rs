@@ -3,18 +3,34 @@
 use super::Failure;
 use crate::{GalleryArgs, StudyArgs};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use matpoint::study::{Effort, Progress, Study, Verdict};
+use matpoint::study::{Effort, Progress, Report, Study, Verdict, throughput};
 use matpoint::text::duration;
 use std::io::Write;
+use std::path::Path;
 use std::time::Instant;
 
 /// Runs the problems of a study (all where `only` is empty), writes the report, prints a line for each finding.
 pub(crate) fn study(study: &Study, args: &StudyArgs, only: &[String]) -> Result<(), Failure> {
     let effort = if args.quick { Effort::Quick } else { Effort::Full };
     let start = Instant::now();
-    let bar = progress_bar(args.quiet);
+    let bar = progress_bar(args.quiet, "runs");
     let report = study.report(effort, only, |at| show(&bar, &at));
     bar.finish_and_clear();
+    finish(&report, args, start)
+}
+
+/// Measures parts of the study of throughput (all where `only` is empty), writes the report, prints a line for each finding.
+pub(crate) fn throughput(args: &StudyArgs, only: &[String]) -> Result<(), Failure> {
+    let effort = if args.quick { Effort::Quick } else { Effort::Full };
+    let start = Instant::now();
+    let program = std::env::current_exe()?;
+    let bar = progress_bar(args.quiet, "parts");
+    let report = throughput::report(effort, only, &program, Path::new("target/peers/peers.csv"), &|at| show(&bar, &at));
+    bar.finish_and_clear();
+    finish(&report, args, start)
+}
+
+fn finish(report: &Report, args: &StudyArgs, start: Instant) -> Result<(), Failure> {
     let files = report.write(&args.out).map_err(Failure::Report)?;
 
     let mut out = std::io::stdout().lock();
@@ -63,10 +79,10 @@ pub(crate) fn gallery(args: &GalleryArgs) -> Result<(), Failure> {
 }
 
 /// A bar on stderr; indicatif draws nothing where that is no terminal.
-fn progress_bar(quiet: bool) -> ProgressBar {
+fn progress_bar(quiet: bool, what: &str) -> ProgressBar {
     let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-    let style =
-        ProgressStyle::with_template("{bar:30} {pos}/{len} runs, {elapsed}  {msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
+    let template = format!("{{bar:30}} {{pos}}/{{len}} {what}, {{elapsed}}  {{msg}}");
+    let style = ProgressStyle::with_template(&template).unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::with_draw_target(None, target).with_style(style)
 }
 

@@ -133,6 +133,13 @@ impl Simulation {
         self.outputs.outdate();
     }
 
+    /// Puts the particles in memory in no order, as if the scene had made them so.
+    pub(crate) fn shuffle(&mut self) {
+        self.state.shuffle();
+        self.solver.forget(&self.model);
+        self.outputs.outdate();
+    }
+
     /// Does it wrong on purpose, to show what comes of it.
     pub(crate) fn go_wrong(&mut self, wrong: Wrong) {
         self.solver.go_wrong(wrong);

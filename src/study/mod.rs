@@ -2,7 +2,7 @@
 //!
 //! [`runner`] runs [`Job`]s side by side and keeps what they watched; [`chart`] and [`cloud`] draw it; [`report`] puts tables, figures
 //! and findings into a Markdown file with pictures. A [`Study`] is a list of [`Problem`]s, one file a problem: [`papers`] holds those of the
-//! papers, [`accuracy`] those whose answers are known, and how close the total-Lagrangian formulation comes to them.
+//! papers, [`accuracy`] those whose answers are known, and how close the total-Lagrangian formulation comes to them. [`throughput`] is about time alone.
 //!
 //! ```
 //! use matpoint::study::{Axis, Chart, Drawing, Figure, Finding, Job, Section, Series, Style, run, value};
@@ -39,6 +39,7 @@ mod problem;
 mod reference;
 pub mod report;
 pub mod runner;
+pub mod throughput;
 mod tools;
 
 pub use chart::{Axis, Chart, Panel, Series, Style};

@@ -61,7 +61,14 @@ impl Study {
         let problems: Vec<Problem> = self.problems().into_iter().filter(wanted).collect();
         let runs = runner::run(problems.iter().flat_map(|p| (p.jobs)(effort)).collect(), progress);
         let sections = problems.iter().map(|p| Section { failures: failures(p, &runs), ..(p.section)(effort, &runs) }).collect();
-        Report { name: self.name, title: self.title.into(), text: self.introduction(effort, &runs), heads: self.heads, sections }
+        Report {
+            name: self.name,
+            title: self.title.into(),
+            text: self.introduction(effort, &runs),
+            heads: self.heads,
+            sections,
+            data: Vec::new(),
+        }
     }
 
     fn introduction(&self, effort: Effort, runs: &Runs) -> String {

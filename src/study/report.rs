@@ -2,6 +2,7 @@
 
 use super::chart::Chart;
 use super::cloud::Cloud;
+use super::throughput::Roofline;
 use crate::draft::Draft;
 use crate::record::RecordError;
 use std::fmt::Write;
@@ -20,6 +21,8 @@ pub struct Report {
     pub heads: [&'static str; 3],
     /// The problems.
     pub sections: Vec<Section>,
+    /// Further files beside the pictures: name and text.
+    pub data: Vec<(&'static str, String)>,
 }
 
 /// One problem.
@@ -88,6 +91,8 @@ pub enum Drawing {
     Chart(Chart),
     /// Particles in the plane.
     Cloud(Cloud),
+    /// Rates below the limits of a machine.
+    Roofline(Roofline),
 }
 
 impl Drawing {
@@ -96,6 +101,7 @@ impl Drawing {
         match self {
             Self::Chart(chart) => chart.svg(),
             Self::Cloud(cloud) => cloud.svg(),
+            Self::Roofline(roofline) => roofline.svg(),
         }
     }
 
@@ -104,6 +110,7 @@ impl Drawing {
         match self {
             Self::Chart(chart) => chart.csv(),
             Self::Cloud(cloud) => cloud.csv(),
+            Self::Roofline(roofline) => roofline.csv(),
         }
     }
 }
@@ -283,6 +290,7 @@ impl Report {
             files.push((pictures.join(format!("{}.svg", figure.name)), figure.drawing.svg()));
             files.push((pictures.join(format!("{}.csv", figure.name)), figure.drawing.csv()));
         }
+        files.extend(self.data.iter().map(|(name, text)| (pictures.join(name), text.clone())));
         // the text last: it names the others
         files.push((folder.join(format!("{}.md", self.name)), self.markdown()));
         let draft = |(path, text): &(PathBuf, String)| {
@@ -318,7 +326,14 @@ mod tests {
             findings: vec![finding(Some(("yes".into(), true))), finding(Some(("no".into(), false))), finding(None)],
             ..Section::default()
         };
-        Report { name: "papers", title: "all".into(), text: String::new(), heads: ["figure", "claim", "seen"], sections: vec![section] }
+        Report {
+            name: "papers",
+            title: "all".into(),
+            text: String::new(),
+            heads: ["figure", "claim", "seen"],
+            sections: vec![section],
+            data: vec![("d.csv", "1\n".into())],
+        }
     }
 
     #[test]
@@ -340,8 +355,8 @@ mod tests {
     fn writes_all_files_at_once() {
         let folder = tempfile::tempdir().unwrap();
         let files = report().write(folder.path()).unwrap();
-        assert_eq!(files.len(), 3);
+        assert_eq!(files.len(), 4);
         assert!(files.iter().all(|file| file.exists()));
-        assert_eq!(std::fs::read_dir(folder.path().join("papers")).unwrap().count(), 2);
+        assert_eq!(std::fs::read_dir(folder.path().join("papers")).unwrap().count(), 3);
     }
 }

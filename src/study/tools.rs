@@ -1,6 +1,6 @@
 //! What the problems of all studies share: norms, figures, numbers in sentences.
 
-use super::{Chart, Cloud, Drawing, Figure, Job, Run, View, value};
+use super::{Cell, Chart, Cloud, Drawing, Figure, Job, Run, Table, View, value};
 
 /// Watches the kinetic, the stored and the total energy.
 pub(super) fn energies(job: Job) -> Job {
@@ -21,6 +21,23 @@ pub(super) fn chart(name: &str, caption: &str, chart: Chart) -> Figure {
 /// A figure of particles.
 pub(super) fn cloud(name: &str, caption: &str, cloud: Cloud) -> Figure {
     Figure { name: name.into(), caption: caption.into(), drawing: Drawing::Cloud(cloud) }
+}
+
+/// A table of our numbers alone: `of` gives the numbers of a row.
+pub(super) fn tabulate<R>(
+    title: &str,
+    header: &[&str],
+    rows: impl IntoIterator<Item = R>,
+    of: impl Fn(R) -> (String, Vec<Option<f64>>),
+) -> Table {
+    let cells = |(name, values): (String, Vec<Option<f64>>)| (name, values.into_iter().map(|ours| Cell { paper: None, ours }).collect());
+    Table {
+        title: title.into(),
+        header: header.iter().map(|&h| h.to_owned()).collect(),
+        rows: rows.into_iter().map(|row| cells(of(row))).collect(),
+        beside: "",
+        band: None,
+    }
 }
 
 /// Particles at a time \[s\] with a value each.

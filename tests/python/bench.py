@@ -50,7 +50,7 @@ def line(what: str, seconds: float, note: str = "") -> None:
 
 def calls() -> None:
     rust = rust_call()
-    sim = Scene.load(ROOT / "tests" / "bench" / "one_particle.toml").build()
+    sim = Scene.load(ROOT / "benches" / "scenes" / "one_particle.toml").build()
     dt = 0.1 * sim.max_step
     python = median(lambda: sim.step(dt), 21, 10_000)
     loop = median(lambda: None, 21, 10_000)

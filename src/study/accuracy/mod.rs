@@ -19,8 +19,8 @@ mod saved;
 mod swing;
 
 use super::problem::{Effort, Problem, Study};
-use super::tools::chart;
-use super::{Axis, Cell, Chart, Figure, Job, Run, Runs, Section, Series, Table};
+use super::tools::{chart, tabulate};
+use super::{Axis, Chart, Figure, Job, Run, Runs, Section, Series};
 
 /// The study of accuracy.
 pub const STUDY: Study = Study {
@@ -91,18 +91,6 @@ fn convergence(
 ) -> Figure {
     let axis = Axis::new(cells, "").log().marks(grids.iter().map(|&n| n as f64));
     chart(name, caption, Chart::new(caption, axis, error.log(), series))
-}
-
-/// A table of our numbers alone: `of` gives the numbers of a row.
-fn tabulate<R>(title: &str, header: &[&str], rows: impl IntoIterator<Item = R>, of: impl Fn(R) -> (String, Vec<Option<f64>>)) -> Table {
-    let cells = |(name, values): (String, Vec<Option<f64>>)| (name, values.into_iter().map(|ours| Cell { paper: None, ours }).collect());
-    Table {
-        title: title.into(),
-        header: header.iter().map(|&h| h.to_owned()).collect(),
-        rows: rows.into_iter().map(|row| cells(of(row))).collect(),
-        beside: "",
-        band: None,
-    }
 }
 
 #[cfg(test)]

@@ -46,6 +46,7 @@ fn throughput(c: &mut Criterion) {
     let cases = [
         (50, "apic", "usl", 2, SUBSTEPS),
         (50, "apic", "usl", 2, 1),
+        (23, "apic", "usl", 2, SUBSTEPS),
         (24, "apic", "usl", 2, SUBSTEPS),
         (24, "flip", "usl", 2, SUBSTEPS),
         (24, "flip", "usf", 2, SUBSTEPS),
@@ -82,7 +83,7 @@ fn domain(c: &mut Criterion) {
 
 /// What a call costs: `tests/python/bench.py` compares it with the call from Python.
 fn fixed_cost(c: &mut Criterion) {
-    let mut sim = Scene::from_toml(include_str!("one_particle.toml")).and_then(Scene::build).expect("a sound scene");
+    let mut sim = Scene::from_toml(include_str!("scenes/one_particle.toml")).and_then(Scene::build).expect("a sound scene");
     let dt = 0.1 * sim.max_step();
     c.bench_function("one particle, one substep", |b| b.iter(|| sim.step(dt).expect("a good step")));
 }
@@ -174,5 +175,23 @@ fn total(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, throughput, total, domain, fixed_cost);
+/// Scenes of a few hundred particles, a call of `step` for each substep, as a controller does it.
+fn small(c: &mut Criterion) {
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
+    let mut group = c.benchmark_group("small scenes, one thread, one substep a call");
+    let scenes = [
+        ("cantilever", include_str!("scenes/cantilever.toml")),
+        ("block", include_str!("scenes/block.toml")),
+        ("total", include_str!("scenes/total.toml")),
+    ];
+    for (name, text) in scenes {
+        let mut sim = Scene::from_toml(text).and_then(Scene::build).expect("a sound scene");
+        let (particles, dt) = (sim.describe().particles, sim.usual_step());
+        group.throughput(Throughput::Elements(particles as u64));
+        group.bench_function(BenchmarkId::new(name, particles), |b| b.iter(|| one.install(|| sim.step(dt).expect("a good step"))));
+    }
+    group.finish();
+}
+
+criterion_group!(benches, throughput, total, domain, small, fixed_cost);
 criterion_main!(benches);
