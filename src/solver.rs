@@ -85,8 +85,14 @@ impl Solver {
     pub(crate) fn end(&mut self, model: &Model, state: &mut State) {
         state.reactions.clear();
         match self {
-            Self::Updated(stepper) => state.reactions.extend(stepper.mean_reactions()),
-            Self::Implicit(updated) => state.reactions.extend(updated.mean_reactions()),
+            Self::Updated(stepper) => {
+                state.reactions.extend(stepper.mean_reactions());
+                stepper.tidy(model, state);
+            }
+            Self::Implicit(updated) => {
+                state.reactions.extend(updated.mean_reactions());
+                updated.stepper.tidy(model, state);
+            }
             Self::Total(total) => {
                 state.reactions.extend(total.mean_reactions());
                 if !total.shows_late() {

@@ -284,7 +284,12 @@ fn asflip_without_flip_is_apic() {
             sim.step(0.5).unwrap();
             ["particle/position", "particle/velocity", "particle/stress"].map(|name| sim.get(name).unwrap().to_vec())
         };
-        assert_eq!(run(r#""asflip", flip_share = 0"#), run(r#""apic""#), "{integrator}: the same bits");
+        let (asflip, apic) = (run(r#""asflip", flip_share = 0"#), run(r#""apic""#));
+        for (ours, theirs) in asflip.iter().zip(&apic) {
+            let largest = theirs.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+            // APIC alone sums forces with the momenta they change: the same but for the round-off of so many steps
+            assert!(largest_difference(ours, theirs) < 1e-12 * largest, "{integrator}");
+        }
     }
 }
 

@@ -19,11 +19,7 @@ impl Stepper {
         let fits = !state.bins.is_empty() && !state.order.is_stale && state.order.drift <= LARGEST_DRIFT;
         if !fits || is_new && !is_near(model, state) {
             self.check_places(model, state)?;
-            let shared = worth_sharing(state);
-            state.bins = sort(model, self.grid.shape(), &mut state.particles, shared);
-            state.order = Order::default();
-            self.lookup.clear();
-            self.grid.arrange(model, &state.bins);
+            self.sort(model, state);
         } else if is_new {
             self.grid.arrange(model, &state.bins);
         }
@@ -33,6 +29,22 @@ impl Stepper {
             self.lookup(state);
         }
         Ok(())
+    }
+
+    /// Sorts the particles and finds the nodes they may touch.
+    fn sort(&mut self, model: &Model, state: &mut State) {
+        let shared = worth_sharing(state);
+        state.bins = sort(model, self.grid.shape(), &mut state.particles, shared);
+        state.order = Order::default();
+        self.lookup.clear();
+        self.grid.arrange(model, &state.bins);
+    }
+
+    /// Sorts the particles at the end of a call of `step` where the next would have to: then looking at a state changes nothing of it.
+    pub(crate) fn tidy(&mut self, model: &Model, state: &mut State) {
+        if state.order.is_stale {
+            self.sort(model, state);
+        }
     }
 
     /// Place in memory by particle id, found anew where particles were sorted since.

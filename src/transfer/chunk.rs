@@ -1,6 +1,6 @@
 //! What is known of a few particles between the stages of a sweep, component by component.
 
-use crate::lanes::{Batch, LANES, Quad, Real};
+use crate::lanes::{Batch, LANES, Mask, Quad, Real};
 
 /// Particles of a chunk. Few enough for their numbers to stay in the cache of a core, enough for the stages to overlap.
 pub(super) const CHUNK: usize = 64;
@@ -13,6 +13,10 @@ pub(super) type Column = [f64; CHUNK + LANES];
 pub(super) struct Chunk<const W: usize> {
     /// Index of the first node of each particle in the tile of its bin.
     pub(super) node: [u32; CHUNK + LANES],
+    /// Local coordinate in its cell, by axis; of use only where the functions are those of inner cells.
+    pub(super) xi: [Column; 3],
+    /// Particles of each eight whose functions are not those of inner cells.
+    pub(super) outside: [Mask; CHUNK / LANES],
     /// Velocity of the grid, later of the particle.
     pub(super) velocity: [Column; 3],
     /// Acceleration of the grid; the first is a mark (see `Stepper::mark_held_nodes`).
@@ -24,6 +28,17 @@ pub(super) struct Chunk<const W: usize> {
     /// -V0 tau, times the kick where forces are merged with momenta.
     pub(super) force: [[Column; 3]; 3],
     pub(super) packets: [Packets<W>; CHUNK / LANES],
+    /// The nodes of the last cell that was taken from.
+    pub(super) cell: Cell<W>,
+}
+
+/// The nodes of a cell, slot by slot as the middle one and the differences of the others from it: weights sum to 1 and slopes to 0, so
+/// the middle one needs neither. All particles of the cell share them.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+pub(super) struct Cell<const W: usize> {
+    /// By node of slots 0 and 1: two nodes along slot 2 each, then the middle one twice.
+    pub(super) rows: [[[Batch; 4]; W]; W],
 }
 
 /// What eight particles add to the grid.

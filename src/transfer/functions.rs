@@ -14,35 +14,16 @@ pub(super) struct Line<V, const W: usize> {
     pub(super) third: [V; W],
 }
 
-/// The functions at eight places, slot by slot.
+/// The functions at eight places in inner cells, slot by slot.
 #[inline(always)]
-pub(super) fn functions<const D: usize, const W: usize, V: Real>(
+pub(super) fn inner_functions<const D: usize, const W: usize, V: Real>(
     axes: &[Axis],
     inner: &[Option<Inner>; 3],
-    x: &[V; D],
-    half: &[V; D],
+    xi: &[V; D],
     third: Third,
 ) -> [Line<V, W>; 3] {
     let zero = V::splat(0.0);
     let unused = Line { value: [zero; W], slope: [zero; W], third: [zero; W] };
-    let (mut xi, mut outside) = ([zero; D], false);
-    for number in 0..D {
-        let cell;
-        (cell, xi[number]) = cell_of(&axes[number], x[number]);
-        match inner[number] {
-            Some(Inner { cells: (first, last), .. }) => outside |= cell.below(V::splat(first)) | V::splat(last).below(cell) != 0,
-            None => outside = true,
-        }
-    }
-    if outside {
-        let mut places = Places { position: [[0.0; LANES]; D], half: [[0.0; LANES]; D] };
-        for number in 0..D {
-            x[number].store(&mut places.position[number]);
-            half[number].store(&mut places.half[number]);
-        }
-        let stencils = one_by_one::<D, W>(axes, &places, third);
-        return [loaded(&stencils, 0), loaded(&stencils, 1), loaded(&stencils, 2)];
-    }
     // in slots: the last axis is slot 2
     let of = [D.wrapping_sub(3), D.wrapping_sub(2), D - 1];
     [
@@ -50,6 +31,23 @@ pub(super) fn functions<const D: usize, const W: usize, V: Real>(
         if D >= 2 { inside(&axes[of[1]], inner[of[1]], xi[of[1]], third) } else { unused },
         inside(&axes[of[2]], inner[of[2]], xi[of[2]], third),
     ]
+}
+
+/// The functions at eight places anywhere.
+#[inline(always)]
+pub(super) fn functions<const D: usize, const W: usize, V: Real>(
+    axes: &[Axis],
+    x: &[V; D],
+    half: &[V; D],
+    third: Third,
+) -> [Line<V, W>; 3] {
+    let mut places = Places { position: [[0.0; LANES]; D], half: [[0.0; LANES]; D] };
+    for number in 0..D {
+        x[number].store(&mut places.position[number]);
+        half[number].store(&mut places.half[number]);
+    }
+    let stencils = one_by_one::<D, W>(axes, &places, third);
+    [loaded(&stencils, 0), loaded(&stencils, 1), loaded(&stencils, 2)]
 }
 
 /// Cells that see the same polynomials.

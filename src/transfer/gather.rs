@@ -1,12 +1,12 @@
 //! Grid to particles.
 
-use super::chunk::{Chunk, store};
-use super::functions::{Line, functions};
+use super::chunk::{CHUNK, Cell, Chunk, load, store};
+use super::functions::{Line, functions, inner_functions};
 use super::task::{Plan, Sweep};
 use super::{Rows, nodes};
 use crate::basis::Third;
 use crate::grid::{Lanes, Tile};
-use crate::lanes::{LANES, Real};
+use crate::lanes::{Batch, LANES, Real};
 
 /// Takes the fields of the grid to `count` particles from `first` on, the first of which is number `at` of the chunk. All are in one cell.
 ///
@@ -23,12 +23,32 @@ pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADI
     chunk: &mut Chunk<W>,
 ) {
     let third = if AFFINE { Third::Affine } else { Third::Nothing };
-    // SAFETY: the rows are ours.
-    let (x, half) = unsafe { places::<D, V>(sweep, first, count) };
-    let [f0, f1, f2] = functions::<D, W, V>(&sweep.model.axes, &plan.inner, &x, &half, third);
-    let node = chunk.node[at] as usize;
+    let node = chunk.node[at % CHUNK] as usize;
+    let axes = &sweep.model.axes;
+    let inner = chunk.outside[at % CHUNK / LANES] >> (at % LANES) & 1 == 0;
+    let [f0, f1, f2] = if inner {
+        let mut xi = [V::splat(0.0); D];
+        for a in 0..D {
+            xi[a] = load(&chunk.xi[a], at);
+        }
+        inner_functions::<D, W, V>(axes, &plan.inner, &xi, third)
+    } else {
+        // SAFETY: the rows are ours.
+        let (x, half) = unsafe { places::<D, V>(sweep, first, count) };
+        functions::<D, W, V>(axes, &x, &half, third)
+    };
+    // of functions far from the ends the middle one is nowhere small, so differences from it are no loss
+    let by_differences = inner && W > 2;
+    let is_new = at == 0 || chunk.node[at % CHUNK - 1] as usize != node;
+    if by_differences && is_new {
+        chunk.cell = subtract::<D, W, V>(tile, &tile.momentum, node);
+    }
     for component in 0..D {
-        let taken = interpolate::<D, W, V, GRADIENT, AFFINE>(&f0, &f1, &f2, tile, &tile.momentum, node, 1 + component);
+        let taken = if by_differences {
+            interpolate_differences::<D, W, V, GRADIENT, AFFINE>(&f0, &f1, &f2, &chunk.cell, 1 + component)
+        } else {
+            interpolate::<D, W, V, GRADIENT, AFFINE>(&f0, &f1, &f2, tile, &tile.momentum, node, 1 + component)
+        };
         store(&mut chunk.velocity[component], at, taken.value);
         for axis in 0..D {
             if GRADIENT {
@@ -46,6 +66,137 @@ pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADI
             let taken = interpolate::<D, W, V, false, false>(&f0, &f1, &f2, tile, &tile.force, node, lane);
             store(&mut chunk.acceleration[lane], at, taken.value);
         }
+    }
+}
+
+/// The nodes of a cell from `node` on as differences.
+#[inline(always)]
+fn subtract<const D: usize, const W: usize, V: Real>(tile: &Tile, field: &[Lanes], node: usize) -> Cell<W> {
+    let stride = tile.frame.stride;
+    let last = node + (nodes::<D, W>(0) - 1) * stride[0] + (nodes::<D, W>(1) - 1) * stride[1] + W;
+    assert!(last <= field.len(), "a tile covers the stencils of its particles");
+    let middle = W / 2;
+    let mut rows = [[[V::splat(0.0); 4]; W]; W];
+    for i in 0..nodes::<D, W>(0) {
+        for j in 0..nodes::<D, W>(1) {
+            let start = node + i * stride[0] + j * stride[1];
+            // SAFETY: see above.
+            let row = unsafe { &*field.as_ptr().add(start).cast::<[Lanes; W]>() };
+            let of_middle = V::both(&row[middle]);
+            rows[i][j][3] = of_middle;
+            for q in 0..W.div_ceil(2) {
+                let two = if 2 * q + 1 < W {
+                    // SAFETY: two nodes of the row.
+                    V::load(unsafe { &*row.as_ptr().add(2 * q).cast::<Batch>() })
+                } else {
+                    V::both(&row[2 * q])
+                };
+                rows[i][j][q] = two - of_middle;
+            }
+        }
+    }
+    for q in 0..4 {
+        if q == 3 || q < W.div_ceil(2) {
+            for i in 0..nodes::<D, W>(0) {
+                for j in 0..nodes::<D, W>(1) {
+                    if nodes::<D, W>(1) > 1 && j != middle {
+                        rows[i][j][q] = rows[i][j][q] - rows[i][middle][q];
+                    }
+                }
+            }
+            for j in 0..nodes::<D, W>(1) {
+                for i in 0..nodes::<D, W>(0) {
+                    if nodes::<D, W>(0) > 1 && i != middle {
+                        rows[i][j][q] = rows[i][j][q] - rows[middle][j][q];
+                    }
+                }
+            }
+        }
+    }
+    let mut cell = Cell { rows: [[[[0.0; LANES]; 4]; W]; W] };
+    for i in 0..nodes::<D, W>(0) {
+        for j in 0..nodes::<D, W>(1) {
+            for q in 0..4 {
+                if q == 3 || q < W.div_ceil(2) {
+                    rows[i][j][q].store(&mut cell.rows[i][j][q]);
+                }
+            }
+        }
+    }
+    cell
+}
+
+/// As [`interpolate`], from differences.
+#[inline(always)]
+fn interpolate_differences<const D: usize, const W: usize, V: Real, const GRADIENT: bool, const AFFINE: bool>(
+    f0: &Line<V, W>,
+    f1: &Line<V, W>,
+    f2: &Line<V, W>,
+    cell: &Cell<W>,
+    lane: usize,
+) -> Taken<V> {
+    let (zero, middle) = (V::splat(0.0), W / 2);
+    // sums so far: value; slope along each slot; third along each slot
+    let (mut value, mut slope, mut third) = (zero, [zero; 3], [zero; 3]);
+    for at_i in 0..nodes::<D, W>(0) {
+        // the middle one first
+        let i = if D < 3 { 0 } else { middle_first(at_i, middle) };
+        let (mut v, mut d1, mut d2, mut m1, mut m2) = (zero, zero, zero, zero, zero);
+        for at_j in 0..nodes::<D, W>(1) {
+            let j = if D < 2 { 0 } else { middle_first(at_j, middle) };
+            let row = &cell.rows[i][j];
+            let (mut sum, mut sloped, mut turned) = (V::splat(row[3][lane]), zero, zero);
+            for at_k in 1..W {
+                let k = middle_first(at_k, middle);
+                let difference = V::splat(row[k / 2][4 * (k % 2) + lane]);
+                sum = f2.value[k].fma(difference, sum);
+                if GRADIENT {
+                    sloped = if at_k == 1 { f2.slope[k] * difference } else { f2.slope[k].fma(difference, sloped) };
+                }
+                if AFFINE {
+                    turned = if at_k == 1 { f2.third[k] * difference } else { f2.third[k].fma(difference, turned) };
+                }
+            }
+            if at_j == 0 {
+                (v, d2, m2) = (sum, sloped, turned);
+            } else {
+                v = f1.value[j].fma(sum, v);
+                if GRADIENT {
+                    d1 = if at_j == 1 { f1.slope[j] * sum } else { f1.slope[j].fma(sum, d1) };
+                    d2 = f1.value[j].fma(sloped, d2);
+                }
+                if AFFINE {
+                    m1 = if at_j == 1 { f1.third[j] * sum } else { f1.third[j].fma(sum, m1) };
+                    m2 = f1.value[j].fma(turned, m2);
+                }
+            }
+        }
+        if at_i == 0 {
+            (value, slope, third) = (v, [zero, d1, d2], [zero, m1, m2]);
+        } else {
+            value = f0.value[i].fma(v, value);
+            if GRADIENT {
+                let along = if at_i == 1 { f0.slope[i] * v } else { f0.slope[i].fma(v, slope[0]) };
+                slope = [along, f0.value[i].fma(d1, slope[1]), f0.value[i].fma(d2, slope[2])];
+            }
+            if AFFINE {
+                let along = if at_i == 1 { f0.third[i] * v } else { f0.third[i].fma(v, third[0]) };
+                third = [along, f0.value[i].fma(m1, third[1]), f0.value[i].fma(m2, third[2])];
+            }
+        }
+    }
+    Taken { value, slope, third }
+}
+
+/// Counts the nodes of a slot, the middle one first.
+#[inline(always)]
+const fn middle_first(at: usize, middle: usize) -> usize {
+    if at == 0 {
+        middle
+    } else if at <= middle {
+        at - 1
+    } else {
+        at
     }
 }
 

@@ -1,13 +1,13 @@
 //! Particles to grid.
 
 use super::chunk::{CHUNK, Chunk, load};
-use super::functions::functions;
+use super::functions::{functions, inner_functions};
 use super::gather::places;
 use super::nodes;
 use super::task::{Plan, ScatterTask, Sweep};
 use crate::basis::Third;
 use crate::grid::{Lanes, Tile};
-use crate::lanes::{LANES, Real};
+use crate::lanes::{LANES, Mask, Real};
 
 /// The field that packets are for.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -54,9 +54,18 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real>(
         _ => None,
     };
     let (affine, stress) = (momentum && sweep.model.needs.affine, !momentum || kick.is_some());
-    // SAFETY: the rows are ours.
-    let (x, half) = unsafe { places::<D, V>(sweep, first, count) };
-    let lines = functions::<D, W, V>(&sweep.model.axes, &plan.inner, &x, &half, if affine { Third::Arm } else { Third::Nothing });
+    let (axes, third) = (&sweep.model.axes, if affine { Third::Arm } else { Third::Nothing });
+    let lines = if chunk.outside[at % CHUNK / LANES] & ((1u32 << count) - 1) as Mask == 0 {
+        let mut xi = [zero; D];
+        for a in 0..D {
+            xi[a] = load(&chunk.xi[a], at);
+        }
+        inner_functions::<D, W, V>(axes, &plan.inner, &xi, third)
+    } else {
+        // SAFETY: the rows are ours.
+        let (x, half) = unsafe { places::<D, V>(sweep, first, count) };
+        functions::<D, W, V>(axes, &x, &half, third)
+    };
     // SAFETY: a number a particle.
     let mass = unsafe { V::load_some(rows.mass.as_ptr().add(first), count) };
     let mut base = [zero; 4];

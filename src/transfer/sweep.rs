@@ -1,14 +1,14 @@
 //! A sweep over the particles of a bin, chunk by chunk: all of a stage, then all of the next, so that none waits for the one before it.
 
-use super::chunk::{CHUNK, Chunk, ChunkMemory};
+use super::chunk::{CHUNK, Chunk, ChunkMemory, store};
 use super::functions::cell_of;
 use super::gather::{gather, places};
 use super::scatter::{Field, Source, add, pack};
 use super::task::{Plan, Sweep, SweepReport, What};
 use super::{stencil, update};
-use crate::basis::Family;
+use crate::basis::{Family, Inner};
 use crate::grid::{Frame, Tile};
-use crate::lanes::{LANES, Real};
+use crate::lanes::{LANES, Mask, Real};
 use std::ops::Range;
 
 /// Tiles and chunks of one thread.
@@ -41,7 +41,7 @@ pub(super) unsafe fn sweep<const D: usize, const W: usize, V: Real>(
         // SAFETY: the caller's promise.
         unsafe {
             if let Some(task) = &sweep.gather {
-                locate::<D, W, V>(sweep, first, count, &from.frame, chunk);
+                locate::<D, W, V>(sweep, &plan, first, count, &from.frame, chunk);
                 report.runs += take::<D, W, V>(sweep, &plan, first, count, from, chunk);
                 let mut at = 0;
                 while at < count {
@@ -50,7 +50,7 @@ pub(super) unsafe fn sweep<const D: usize, const W: usize, V: Real>(
                 }
             }
             if sweep.scatter.is_some() {
-                locate::<D, W, V>(sweep, first, count, &to.frame, chunk);
+                locate::<D, W, V>(sweep, &plan, first, count, &to.frame, chunk);
                 give::<D, W, V>(sweep, &plan, first, count, to, chunk);
             }
         }
@@ -143,31 +143,45 @@ unsafe fn give<const D: usize, const W: usize, V: Real>(
     }
 }
 
-/// Finds the first node of each particle of a chunk in a tile.
+/// Finds the first node of each particle of a chunk in a tile, and where in its cell it is.
 ///
 /// # Safety
 /// As [`super::Kernels::sweep`].
 #[inline(always)]
-unsafe fn locate<const D: usize, const W: usize, V: Real>(sweep: &Sweep, first: usize, count: usize, frame: &Frame, chunk: &mut Chunk<W>) {
+unsafe fn locate<const D: usize, const W: usize, V: Real>(
+    sweep: &Sweep,
+    plan: &Plan,
+    first: usize,
+    count: usize,
+    frame: &Frame,
+    chunk: &mut Chunk<W>,
+) {
+    let axes = &sweep.model.axes;
     let mut at = 0;
     while at < count {
-        let lanes = LANES.min(count - at);
         // SAFETY: the caller's promise.
-        let (x, half) = unsafe { places::<D, V>(sweep, first + at, lanes) };
-        let axes = &sweep.model.axes;
+        let (x, half) = unsafe { places::<D, V>(sweep, first + at, LANES.min(count - at)) };
+        let mut outside = 0;
+        let to = &mut chunk.node[at % CHUNK..][..LANES];
         if matches!(axes[0].family(), Family::OpenSpline(_) | Family::UniformCubic) {
             let mut index = V::splat(0.0);
             for a in 0..D {
-                let (cell, _) = cell_of(&axes[a], x[a]);
+                let (cell, xi) = cell_of(&axes[a], x[a]);
+                store(&mut chunk.xi[a], at, xi);
                 // whole numbers far below 2^53
                 index = (cell - V::splat(f64::from(frame.low[3 - D + a]))).fma(V::splat(frame.step(3 - D + a) as f64), index);
+                match plan.inner[a] {
+                    Some(Inner { cells: (first, last), .. }) => outside |= cell.below(V::splat(first)) | V::splat(last).below(cell),
+                    None => outside = Mask::MAX,
+                }
             }
             // negative where a particle is not in the tile, which never is: then far beyond it
-            let to = &mut chunk.node[at % CHUNK..][..LANES];
             index.store_indices(to.first_chunk_mut().expect("there is room for eight from any particle on"));
         } else {
-            stencil::first_nodes::<D, W, V>(axes, &x, &half, frame, &mut chunk.node[at..at + LANES]);
+            outside = Mask::MAX;
+            stencil::first_nodes::<D, W, V>(axes, &x, &half, frame, to);
         }
+        chunk.outside[at % CHUNK / LANES] = outside;
         at += LANES;
     }
 }
