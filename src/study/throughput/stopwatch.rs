@@ -61,7 +61,7 @@ enum Answer {
     Fault(String),
 }
 
-/// Carries out the orders that come on standard input, until it ends. The first line is a a task: what to time.
+/// Carries out the orders that come on standard input, until it ends. The first line is a task: what to time.
 ///
 /// # Errors
 /// Standard output that cannot be written.
