@@ -107,8 +107,9 @@ impl Axis {
     #[inline(always)]
     pub(crate) fn cell(&self, x: f64) -> (i32, f64) {
         let s = (x - self.origin) * self.inverse;
-        // `as` saturates, so that even a wild position yields a cell that exists
-        let cell = (s.floor() as i32).clamp(0, self.cells - 1);
+        // `as` saturates, so that even a wild position yields a cell that exists; it rounds towards zero, and `floor` may be a call
+        let toward_zero = s as i32;
+        let cell = toward_zero.saturating_sub(i32::from(f64::from(toward_zero) > s)).clamp(0, self.cells - 1);
         (cell, (s - cell as f64).clamp(OFF_EDGE, 1.0 - OFF_EDGE))
     }
 

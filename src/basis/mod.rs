@@ -9,7 +9,7 @@ mod extension;
 mod gimp;
 mod lagrange;
 
-pub(crate) use axis::{Axis, Family, Inner, OFF_EDGE};
+pub(crate) use axis::{Axis, Family, OFF_EDGE};
 pub(crate) use extension::Extension;
 pub(crate) use lagrange::{is_tied, serendipity_weight};
 
@@ -87,19 +87,18 @@ impl<const W: usize> Stencils<W> {
                 self.set_domains(slot, axis, &places.position[number], &places.half[number], third);
                 continue;
             }
-            let (mut xi, mut class) = (Batch::default(), [0; BATCH]);
+            let (mut xi, mut cell) = (Batch::default(), [0; BATCH]);
             for l in 0..BATCH {
-                let cell;
-                (cell, xi[l]) = axis.cell(places.position[number][l]);
-                self.first[slot][l] = axis.first(cell);
-                class[l] = axis.class(cell);
+                (cell[l], xi[l]) = axis.cell(places.position[number][l]);
+                self.first[slot][l] = axis.first(cell[l]);
             }
+            let class = axis.class(cell[0]);
             // neighbours in memory are neighbours in space: most often all see the same polynomials
-            if class.iter().all(|c| *c == class[0]) {
-                self.set_lanes::<BATCH>(slot, axis, class[0], 0, &xi, third);
+            if cell.iter().all(|c| *c == cell[0] || axis.class(*c) == class) {
+                self.set_lanes::<BATCH>(slot, axis, class, 0, &xi, third);
             } else {
                 for l in 0..BATCH {
-                    self.set_lanes::<1>(slot, axis, class[l], l, &xi, third);
+                    self.set_lanes::<1>(slot, axis, axis.class(cell[l]), l, &xi, third);
                 }
             }
         }

@@ -5,7 +5,7 @@ use super::external_loads;
 use super::{Causality, ComponentError, Variable};
 use crate::model::Model;
 use crate::scene::nearest;
-use crate::state::State;
+use crate::state::{State, Table};
 use crate::step::load::{deformation, place_of};
 use crate::step::measure::Measures;
 use nalgebra::{Matrix3, Vector3};
@@ -285,8 +285,8 @@ impl Source<'_> {
         let d = model.dimension;
         let potential = |m: &Measures, external: f64| m.strain - external;
         match quantity {
-            Position => self.each(to, |row, out| out.copy_from_slice(&particles.position.row::<3>(row)[..d])),
-            Velocity => self.each(to, |row, out| out.copy_from_slice(&now.velocity.row::<3>(row)[..d])),
+            Position => self.vectors(&particles.position, to),
+            Velocity => self.vectors(&now.velocity, to),
             Displacement => self.each(to, |row, out| out.copy_from_slice(&self.displacement(row)[..d])),
             Stress => self.each(to, |row, out| put(&self.stress(row), out)),
             Strain => self.each(to, |row, out| {
@@ -342,6 +342,16 @@ impl Source<'_> {
         for (row, &id) in ids.iter().enumerate() {
             let start = id as usize * width;
             f(row, &mut to[start..start + width]);
+        }
+    }
+
+    /// Copies a table of vectors, column by column.
+    fn vectors(&self, from: &Table, to: &mut [f64]) {
+        let d = self.model.dimension;
+        for axis in 0..d {
+            for (value, &id) in from.column(axis).iter().zip(&self.state.particles.id) {
+                to[id as usize * d + axis] = *value;
+            }
         }
     }
 

@@ -114,6 +114,7 @@ impl Material {
     }
 
     /// Carries the history over a step.
+    #[inline(always)]
     pub(crate) fn update(&self, history: &mut History, increment: &Increment) {
         match self {
             Self::Linear(lame) => linear::update(lame, history, increment),

@@ -42,7 +42,7 @@ impl Stepper {
             gradient_is_new: model.integrator == Integrator::Usf,
             gravity: self.gravity,
             body_force: &self.body_force,
-            work: model.needs.work,
+            work: model.needs.work && (self.gravity != [0.0; 3] || model.needs.body_force),
             pace: paces,
             // a whole step leaves velocities that the next pass takes from the grid anew
             keep: model.needs.increment || update.strain.is_none() || update.kick.is_none() || coming.is_none(),

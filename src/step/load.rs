@@ -36,6 +36,10 @@ impl Stepper {
             if !load.signal.varies_in_space() && value.iter().any(|v| !v.is_finite()) {
                 return Err(bad());
             }
+            // a load that is not there now costs nothing, however large its surface
+            if !load.signal.varies_in_space() && value == [0.0; 3] {
+                continue;
+            }
             match &load.target {
                 Target::Gravity => {
                     for a in 0..3 {
@@ -106,9 +110,9 @@ impl Stepper {
             let arm = load.position - Vector3::from(x);
             let half = model.half_lengths(&state.particles, host);
             self.kernels.point_weights(&model.axes, [x, half, arm.into()], &mut self.rows);
-            let field = model.field(state.particles.body[host]);
+            let bin = state.bin_of(host);
             for (node, weight) in self.rows.nodes.iter().zip(&self.rows.weights) {
-                let Some(node) = self.grid.node(field, *node) else { continue };
+                let node = self.grid.node_of_bin(bin, &state.bins[bin], *node);
                 for a in 0..model.dimension {
                     to[node][1 + a] += share * weight * load.force[a];
                 }

@@ -9,7 +9,7 @@ use crate::state::{Order, State};
 use crate::transfer::{Fault, FaultKind, SweepReport};
 
 /// Runs of particles in one cell that take as much time as sorting a particle. Sorting is worth its time once it would have saved as much.
-const RUNS_A_SORT: f64 = 0.8;
+const RUNS_A_SORT: f64 = 0.5;
 
 impl Stepper {
     /// Sorts the particles where their order does not fit the grid any more.
@@ -66,6 +66,10 @@ impl Stepper {
         let (mut fastest, mut light) = ([0.0f64; 3], [0.0f64; 3]);
         if model.fuses() {
             for &[mass, x, y, z] in &self.grid.momentum {
+                // most nodes of the active blocks are empty
+                if mass == 0.0 {
+                    continue;
+                }
                 let share = mass / model.lightest;
                 let (of, share) = if share < 1.0 { (&mut light, share.max(0.0)) } else { (&mut fastest, 1.0) };
                 for (of, speed) in of.iter_mut().zip([x, y, z]) {

@@ -108,12 +108,12 @@ impl Stepper {
             let host = self.lookup[probe.anchor.particle as usize] as usize;
             let x: [f64; 3] = state.particles.position.row(host);
             let (position, _) = place_of(model, state, &self.lookup, &probe.anchor);
-            let (half, field) = (model.half_lengths(&state.particles, host), model.field(state.particles.body[host]));
+            let (half, bin) = (model.half_lengths(&state.particles, host), state.bin_of(host));
             let mut velocity: [f64; 3] = measures.velocity.row(host);
             for (arm, sign) in [(position - Vector3::from(x), 1.0), (Vector3::zeros(), -1.0)] {
                 self.kernels.point_weights(&model.axes, [x, half, arm.into()], &mut self.rows);
                 for (node, weight) in self.rows.nodes.iter().zip(&self.rows.weights) {
-                    let Some(node) = self.grid.node(field, *node) else { continue };
+                    let node = self.grid.node_of_bin(bin, &state.bins[bin], *node);
                     for a in 0..model.dimension {
                         velocity[a] += sign * weight * self.grid.momentum[node][1 + a];
                     }
