@@ -7,13 +7,16 @@
 //!
 //! With contact each body has blocks, and so nodes, of its own: a field. Where two fields have the same block, bodies may touch.
 
+mod nodes;
 mod order;
 mod tied;
 mod tile;
 
-pub(crate) use order::sort;
+pub(crate) use nodes::Nodes;
+use order::COLOURS;
+pub(crate) use order::{colour, sort};
 pub(crate) use tied::Tied;
-pub(crate) use tile::{Frame, Tile};
+pub(crate) use tile::{Frame, Site, Sums, Tile};
 
 use crate::basis::{Axis, Family};
 use crate::model::Model;
@@ -40,11 +43,11 @@ pub(crate) struct Grid {
     table: HashMap<Block, u32>,
     blocks: Vec<Block>,
     /// Mass and momentum of each node, after the balance mass and velocity.
-    pub(crate) momentum: Vec<Lanes>,
+    pub(crate) momentum: Nodes,
     /// Force on each node, after the balance its acceleration.
-    pub(crate) force: Vec<Lanes>,
+    pub(crate) force: Nodes,
     /// The same for the coming step, where particles give to it as they take from this one.
-    pub(crate) next: [Vec<Lanes>; 2],
+    pub(crate) next: [Nodes; 2],
     /// Held degrees of freedom.
     pub(crate) constraints: Vec<Constraint>,
     /// Pairs of blocks at the same place, of two fields: storage indices of their first nodes.
@@ -156,8 +159,8 @@ impl Grid {
             self.table = self.blocks.iter().enumerate().map(|(i, b)| (*b, i as u32)).collect();
             let nodes = self.blocks.len() * self.shape.nodes;
             for lanes in [&mut self.momentum, &mut self.force] {
-                lanes.clear();
-                lanes.resize(nodes, Lanes::default());
+                lanes.resize(nodes);
+                lanes.fill(Lanes::default());
             }
             self.next = Default::default();
         }
@@ -168,11 +171,10 @@ impl Grid {
             let (low, high) = reach(model, bin);
             Home { low, high, blocks }
         }));
-        self.colours.resize(8, Vec::new());
+        self.colours.resize(COLOURS, Vec::new());
         self.colours.iter_mut().for_each(Vec::clear);
         for (i, bin) in bins.iter().enumerate() {
-            let parity = |s: usize| (bin.block[s] & 1) as usize;
-            self.colours[4 * parity(0) + 2 * parity(1) + parity(2)].push(i as u32);
+            self.colours[colour(bin.block)].push(i as u32);
         }
         self.colours.retain(|c| !c.is_empty());
         if !known {

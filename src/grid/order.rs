@@ -1,14 +1,23 @@
 //! Keeps particles that are neighbours in space neighbours in memory.
 
 use super::{Block, BlockShape};
+use crate::lines::Lines;
 use crate::model::Model;
 use crate::state::{Bin, Particles};
 
 /// Cells a particle up to which there is a counter for each cell of the box around all particles.
 const CELLS_TO_COUNT: usize = 4;
 
-/// Sorts the particles by field (see [`super`]) and block and, within a block, by cell; particles of one cell keep their order. Returns the
-/// bins.
+/// Colours of blocks.
+pub(crate) const COLOURS: usize = 8;
+
+/// The colour of a block: blocks of one colour are at least two apart.
+pub(crate) fn colour(block: [i32; 3]) -> usize {
+    block.iter().fold(0, |colour, place| 2 * colour + (place & 1) as usize)
+}
+
+/// Sorts the particles by field (see [`super`]), colour and block and, within a block, by cell; particles of one cell keep their order.
+/// Returns the bins. A pass takes them colour by colour, so it walks through memory from one end to the other.
 pub(crate) fn sort(model: &Model, shape: BlockShape, particles: &mut Particles, shared: bool) -> Vec<Bin> {
     let cells = cells(model, particles);
     let field = |p: usize| model.field(particles.body[p]);
@@ -45,7 +54,7 @@ fn cells(model: &Model, particles: &Particles) -> Vec<[i32; 3]> {
     cells
 }
 
-/// The particles by field, block and cell: one after the other where the cells may be counted, else by comparison.
+/// The particles by field, colour, block and cell: one after the other where the cells may be counted, else by comparison.
 fn order(shape: BlockShape, cells: &[[i32; 3]], field: impl Fn(usize) -> u16) -> Vec<u32> {
     let n = cells.len();
     let (mut low, mut high, mut fields) = ([i32::MAX; 3], [i32::MIN; 3], 0);
@@ -55,11 +64,15 @@ fn order(shape: BlockShape, cells: &[[i32; 3]], field: impl Fn(usize) -> u16) ->
         }
         fields = fields.max(field(p) as usize + 1);
     }
-    let (low, high) = (shape.of_cell(low), shape.of_cell(high));
+    // pairs of blocks along a slot, one of each parity
+    let (low, high) = (shape.of_cell(low).map(|block| block >> 1), shape.of_cell(high).map(|block| block >> 1));
     let extent: [usize; 3] = std::array::from_fn(|s| if n == 0 { 0 } else { (high[s] - low[s]) as usize + 1 });
-    let counters = extent.iter().try_fold(shape.nodes * fields, |product, e| product.checked_mul(*e));
+    let counters = extent.iter().try_fold(shape.nodes * COLOURS * fields, |product, e| product.checked_mul(*e));
     let Some(counters) = counters.filter(|c| *c <= CELLS_TO_COUNT * n + 4096) else {
-        let key = |p: u32| (field(p as usize), shape.of_cell(cells[p as usize]), shape.cell_in_block(cells[p as usize]), p);
+        let key = |p: u32| {
+            let (cell, block) = (cells[p as usize], shape.of_cell(cells[p as usize]));
+            (field(p as usize), colour(block), block, shape.cell_in_block(cell), p)
+        };
         // the last key is the place in memory, so that equal cells keep their order and the result does not depend on the sort
         let mut order: Vec<u32> = (0..n as u32).collect();
         order.sort_unstable_by_key(|p| key(*p));
@@ -70,7 +83,8 @@ fn order(shape: BlockShape, cells: &[[i32; 3]], field: impl Fn(usize) -> u16) ->
         .enumerate()
         .map(|(p, &cell)| {
             let block = shape.of_cell(cell);
-            let block = (0..3).fold(field(p) as usize, |number, s| number * extent[s] + (block[s] - low[s]) as usize);
+            let first = field(p) as usize * COLOURS + colour(block);
+            let block = (0..3).fold(first, |number, s| number * extent[s] + ((block[s] >> 1) - low[s]) as usize);
             (block * shape.nodes + shape.cell_in_block(cell)) as u32
         })
         .collect();
@@ -99,7 +113,7 @@ fn permute(particles: &mut Particles, order: &[u32], shared: bool) {
     gather(&mut particles.mass, order);
     gather(&mut particles.volume, order);
     // one memory after the other takes the sorted columns: fresh memory would have to be cleared by the system first
-    let mut spare = Vec::new();
+    let mut spare = Lines::default();
     for table in particles.tables_mut() {
         table.permute(order, shared, &mut spare);
     }

@@ -1,6 +1,7 @@
 //! The dense copy of the nodes that a bin touches, on which kernels work.
 
-use super::{BlockShape, Grid, Lanes, NONE};
+use super::{BlockShape, Grid, Lanes, NONE, Nodes};
+use crate::lanes::{LANES, Real};
 use crate::state::Bin;
 
 /// Nodes copied at once.
@@ -39,28 +40,53 @@ impl Frame {
 #[derive(Debug, Default)]
 pub(crate) struct Tile {
     pub(crate) frame: Frame,
-    pub(crate) momentum: Vec<Lanes>,
-    pub(crate) force: Vec<Lanes>,
+    pub(crate) momentum: Nodes,
+    pub(crate) force: Nodes,
 }
 
-impl Grid {
-    /// Makes `tile` cover what a bin touches, filled with zeros.
-    pub(crate) fn open(&self, bin: &Bin, with_force: bool, tile: &mut Tile) {
-        tile.frame = Frame::new(&self.shape, bin);
+/// A bin and its place in the grid.
+#[derive(Clone, Copy)]
+pub(crate) struct Site<'a> {
+    pub(crate) grid: &'a Grid,
+    /// Number of the bin.
+    pub(crate) index: usize,
+    pub(crate) bin: &'a Bin,
+    /// The fields that its particles give to.
+    pub(crate) sums: Option<Sums>,
+}
+
+/// Fields that threads share; bins of one colour write to different nodes.
+#[derive(Clone, Copy)]
+pub(crate) struct Sums {
+    pub(crate) momentum: *mut Lanes,
+    pub(crate) force: Option<*mut Lanes>,
+}
+// SAFETY: see `Site::add`.
+unsafe impl Send for Sums {}
+// SAFETY: see `Site::add`.
+unsafe impl Sync for Sums {}
+
+impl Site<'_> {
+    /// Makes `tile` cover what the bin touches, filled with zeros.
+    #[inline(always)]
+    pub(crate) fn open(&self, with_force: bool, tile: &mut Tile) {
+        tile.frame = Frame::new(&self.grid.shape, self.bin);
         for lanes in [&mut tile.momentum, &mut tile.force].into_iter().take(1 + usize::from(with_force)) {
-            lanes.resize(tile.frame.nodes, Lanes::default());
+            lanes.resize(tile.frame.nodes);
             lanes.fill(Lanes::default());
         }
     }
 
-    /// Copies the nodes that a bin touches into `tile`.
-    pub(crate) fn load(&self, bin_index: usize, bin: &Bin, with_force: bool, tile: &mut Tile) {
+    /// Copies the nodes that the bin touches into `tile`.
+    #[inline(always)]
+    pub(crate) fn load(&self, with_force: bool, tile: &mut Tile) {
         let Tile { frame, momentum, force } = tile;
-        *frame = Frame::new(&self.shape, bin);
-        for (to, from) in [(momentum, &self.momentum), (force, &self.force)].into_iter().take(1 + usize::from(with_force)) {
+        *frame = Frame::new(&self.grid.shape, self.bin);
+        let fields = [(momentum, &self.grid.momentum), (force, &self.grid.force)];
+        for (to, from) in fields.into_iter().take(1 + usize::from(with_force)) {
             // what particles do not touch may be anything
-            to.resize(frame.nodes, Lanes::default());
-            self.for_rows(bin_index, frame, |row, node, length| {
+            to.resize(frame.nodes);
+            self.for_rows(frame, |row, node, length| {
                 let (to, _) = to[row..row + length].as_chunks_mut::<SOME>();
                 let (from, _) = from[node..node + length].as_chunks::<SOME>();
                 for (to, from) in to.iter_mut().zip(from) {
@@ -70,34 +96,31 @@ impl Grid {
         }
     }
 
-    /// Adds `tile` to the nodes that a bin touches.
+    /// Adds `tile` to the nodes that the bin touches.
     ///
     /// # Safety
-    /// `momentum` and `force` are arrays of as many nodes as this grid has, and no other bin that is added at the same time touches a common
-    /// node: true for bins of one colour.
-    pub(crate) unsafe fn add(&self, bin_index: usize, tile: &Tile, momentum: *mut Lanes, force: Option<*mut Lanes>) {
-        for (to, from) in [(Some(momentum), &tile.momentum), (force, &tile.force)] {
+    /// The sums are arrays of as many nodes as the grid has, and no other bin that is added at the same time touches a common node: true
+    /// for bins of one colour.
+    #[inline(always)]
+    pub(crate) unsafe fn add<V: Real>(&self, tile: &Tile) {
+        let Some(sums) = self.sums else { return };
+        for (to, from) in [(Some(sums.momentum), &tile.momentum), (sums.force, &tile.force)] {
             let Some(to) = to else { continue };
-            self.for_rows(bin_index, &tile.frame, |row, node, length| {
-                // SAFETY: rows lie within active blocks, so within the arrays; the caller keeps others away from them.
-                let to = unsafe { std::slice::from_raw_parts_mut(to.add(node), length) };
-                let (to, _) = to.as_chunks_mut::<SOME>();
-                let (from, _) = from[row..row + length].as_chunks::<SOME>();
-                for (to, from) in to.iter_mut().zip(from) {
-                    for (to, from) in to.iter_mut().zip(from) {
-                        for lane in 0..4 {
-                            to[lane] += from[lane];
-                        }
-                    }
+            self.for_rows(&tile.frame, |row, node, length| {
+                // two nodes at once, as everywhere an even number of them
+                let (from, _) = from[row..row + length].as_flattened().as_chunks::<LANES>();
+                for (pair, from) in from.iter().enumerate() {
+                    // SAFETY: rows lie within active blocks, so within the arrays; the caller keeps others away from them.
+                    unsafe { V::load(from).add_to(to.add(node + 2 * pair).cast()) };
                 }
             });
         }
     }
 
-    /// Calls `f(tile row, node row, length)` for each row of nodes of a block in which there is one that a bin touches.
+    /// Calls `f(tile row, node row, length)` for each row of nodes of a block in which there is one that the bin touches.
     #[inline(always)]
-    fn for_rows(&self, bin_index: usize, frame: &Frame, mut f: impl FnMut(usize, usize, usize)) {
-        let (home, shape) = (&self.homes[bin_index], &self.shape);
+    fn for_rows(&self, frame: &Frame, mut f: impl FnMut(usize, usize, usize)) {
+        let (home, shape) = (&self.grid.homes[self.index], &self.grid.shape);
         let length = shape.size(2) as usize;
         for (k, &block) in home.blocks.iter().enumerate() {
             if block == NONE {

@@ -23,7 +23,7 @@ pub(super) enum Field {
 }
 
 impl Field {
-    fn of(self, grid: &mut Grid) -> &mut Vec<Lanes> {
+    fn of(self, grid: &mut Grid) -> &mut [Lanes] {
         match self {
             Self::Momentum => &mut grid.momentum,
             Self::Force => &mut grid.force,
@@ -122,7 +122,7 @@ impl Stepper {
         });
         let mut right = std::mem::take(&mut self.right);
 
-        right.clone_from(&self.grid.momentum);
+        (*self.grid.momentum).clone_into(&mut right);
         let velocity = |boundary: usize, axis: usize, at: f64| model.boundaries[boundary].velocity(axis, at).unwrap_or(0.0);
         if !model.walls.is_empty() {
             let wanted = self.wall_values(model, |boundary, axis, _| velocity(boundary, axis, before));
@@ -132,7 +132,7 @@ impl Stepper {
         self.solve(rule, time, &old, &right, Field::Momentum, model)?;
         // PIC takes the whole nodal velocity: what the projection was held to counts too
         let gained = if model.flip_share < 1.0 { self.gained(rule, &old, &right, Field::Momentum) } else { vec![0.0; old.len()] };
-        right.clone_from(&self.grid.force);
+        (*self.grid.force).clone_into(&mut right);
         let drags = self.wall_values(model, |boundary, axis, now| {
             let rise = velocity(boundary, axis, after) - now;
             (if kick > 0.0 { rise / kick } else { 0.0 }) - self.gravity[axis]

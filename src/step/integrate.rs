@@ -248,7 +248,7 @@ impl Stepper {
             }
             // where the masses come from the particles, a force on a node that none of them reaches would be lost, and momentum with it
             let wants_mass = !model.quadrature_of_velocity || model.balance.is_lumped();
-            let mut target = Target { force: &mut self.grid.force, mass: wants_mass.then_some(&self.grid.momentum), model };
+            let mut target = Target { force: &mut self.grid.force, mass: wants_mass.then_some(&*self.grid.momentum), model };
             let rule = &points.rule;
             match d {
                 1 => {
@@ -409,7 +409,7 @@ pub(super) fn fill(columns: &mut Vec<Vec<f64>>, count: usize, places: &[u32], va
 struct Target<'a> {
     force: &'a mut [Lanes],
     /// Mass of the nodes, where a point that reaches a node without any is left out.
-    mass: Option<&'a Vec<Lanes>>,
+    mass: Option<&'a [Lanes]>,
     model: &'a Model,
 }
 

@@ -90,7 +90,7 @@ impl Stepper {
             self.assemble(model, state)?;
             let held = self.held(model, |boundary, axis| boundary.velocity(axis, time));
             let mut right = std::mem::take(&mut self.right);
-            right.clone_from(&self.grid.momentum);
+            (*self.grid.momentum).clone_into(&mut right);
             if !model.walls.is_empty() {
                 let wanted = self.wall_values(model, |boundary, axis, _| model.boundaries[boundary].velocity(axis, time).unwrap_or(0.0));
                 self.matrix.add_walls(&wanted, &mut right);

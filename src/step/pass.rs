@@ -1,23 +1,12 @@
 //! One pass over the particles: they take from the grid, give to it, or first the one and then the other, bin by bin.
 
 use crate::component::StepError;
-use crate::grid::{Grid, Lanes};
+use crate::grid::{Grid, Lanes, Site, Sums};
 use crate::model::Model;
 use crate::state::{Bin, State};
 use crate::transfer::{Fault, FaultKind, Kernels, Scratch, Sweep, SweepReport, What};
 use rayon::prelude::*;
-use std::cell::RefCell;
-
-/// Fields that threads share; bins of one colour write to different nodes.
-#[derive(Clone, Copy)]
-struct Sums {
-    momentum: *mut Lanes,
-    force: Option<*mut Lanes>,
-}
-// SAFETY: see `Grid::add`.
-unsafe impl Send for Sums {}
-// SAFETY: see `Grid::add`.
-unsafe impl Sync for Sums {}
+use std::cell::{Cell, RefCell};
 
 /// Carries out a sweep on the particles of all bins. What they give is summed in the fields of the grid, or, where they take in the same
 /// sweep, in those of the coming step. The report is that of all bins, in their order, so that it does not depend on the threads.
@@ -37,34 +26,25 @@ pub(super) fn pass(grid: &mut Grid, kernels: &Kernels, bins: &[Bin], shared: boo
         (Some(_), Some(_)) => {
             let nodes = grid.momentum.len();
             let [momentum, force] = &mut next;
-            momentum.resize(nodes, Lanes::default());
+            momentum.resize(nodes);
             clear(shared, momentum);
             if with_force {
-                force.resize(nodes, Lanes::default());
+                force.resize(nodes);
                 clear(shared, force);
             }
             Some(Sums { momentum: momentum.as_mut_ptr(), force: with_force.then_some(force.as_mut_ptr()) })
         }
     };
     let of = |grid: &Grid, b: usize| {
-        with_scratch(|scratch| {
-            let bin = &bins[b];
-            if let Some(task) = &sweep.gather {
-                grid.load(b, bin, task.needs_force(), &mut scratch.from);
-            }
-            if sums.is_some() {
-                grid.open(bin, with_force, &mut scratch.to);
-            }
-            // SAFETY: bins own their rows; tiles cover the cells that the particles of the bin are in until they are sorted again.
-            let report = unsafe { kernels.sweep(sweep, bin.start as usize..bin.end as usize, scratch) };
-            if let Some(Sums { momentum, force }) = sums {
-                // SAFETY: the fields are those of this grid; bins of one colour touch no common node.
-                unsafe { grid.add(b, &scratch.to, momentum, force) };
-            }
-            report
-        })
+        let site = Site { grid, index: b, bin: &bins[b], sums };
+        // SAFETY: bins own their rows; tiles cover the cells that the particles of the bin are in until they are sorted again; the sums are
+        // fields of this grid, and bins of one colour touch no common node.
+        with_scratch(|scratch| unsafe { kernels.sweep(sweep, &site, scratch) })
     };
-    let mut reports = vec![SweepReport::NOTHING; bins.len()];
+    // taken, not lent: while this thread waits for others it may begin another pass
+    let mut reports = REPORTS.take();
+    reports.clear();
+    reports.resize(bins.len(), SweepReport::NOTHING);
     let mut carry_out = |grid: &Grid, some: &[u32]| {
         if shared {
             let found: Vec<(u32, SweepReport)> = some.par_iter().map(|&b| (b, of(grid, b as usize))).collect();
@@ -78,6 +58,7 @@ pub(super) fn pass(grid: &mut Grid, kernels: &Kernels, bins: &[Bin], shared: boo
     }
     let mut all = SweepReport::NOTHING;
     reports.iter().for_each(|report| all.join(report));
+    REPORTS.set(reports);
     grid.next = next;
     all
 }
@@ -90,6 +71,11 @@ fn clear(shared: bool, nodes: &mut [Lanes]) {
     } else {
         nodes.fill(Lanes::default());
     }
+}
+
+thread_local! {
+    /// Memory for a report a bin.
+    static REPORTS: Cell<Vec<SweepReport>> = const { Cell::new(Vec::new()) };
 }
 
 /// Calls `f` with the scratch memory of this thread.
