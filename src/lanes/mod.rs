@@ -94,8 +94,8 @@ pub(crate) trait Real:
     fn max(self, other: Self) -> Self;
     fn min(self, other: Self) -> Self;
     fn abs(self) -> Self;
-    /// Where `self == other`; false for NaN.
-    fn equal(self, other: Self) -> Mask;
+    /// Where `self <= other`; false for NaN.
+    fn at_most(self, other: Self) -> Mask;
     /// Where `self < other`; false for NaN.
     fn below(self, other: Self) -> Mask;
     /// `self` where the mask is set, else `other`.
@@ -109,6 +109,8 @@ pub(crate) trait Real:
 
     /// The same quad in both halves.
     fn both(quad: &Quad) -> Self;
+    /// `a` in the lower half, `b` in the upper.
+    fn halves(a: &Quad, b: &Quad) -> Self;
     /// `a` in all of the lower half, `b` in all of the upper.
     fn pair(a: f64, b: f64) -> Self;
     /// Adds the lower half to a node.
@@ -127,19 +129,24 @@ pub(crate) trait Real:
     fn slot(lane: usize) -> usize;
 
     /// Natural logarithm of positive numbers: ln x = e ln 2 + 2 artanh((m - 1) / (m + 1)), the series to its 12th term, whose remainder is
-    /// below the round-off as |(m - 1) / (m + 1)| <= 1/5.
+    /// below the round-off as |(m - 1) / (m + 1)| <= 1/5. Terms are summed in pairs and pairs of pairs, so that few wait for others.
     #[inline(always)]
     fn ln(self) -> Self {
         let (mantissa, exponent) = self.split();
         let one = Self::splat(1.0);
         let s = (mantissa - one) / (mantissa + one);
-        let square = s * s;
-        let mut sum = Self::splat(2.0 / 23.0);
-        let mut n = 21.0;
-        while n > 0.0 {
-            sum = sum.fma(square, Self::splat(2.0 / n));
-            n -= 2.0;
+        let s2 = s * s;
+        let s4 = s2 * s2;
+        let s8 = s4 * s4;
+        let mut thirds = [one; 3];
+        for third in 0..3 {
+            // 2 / (2 n + 1) from n = 4 third on
+            let n = (8 * third + 1) as f64;
+            let low = s2.fma(Self::splat(2.0 / (n + 2.0)), Self::splat(2.0 / n));
+            let high = s2.fma(Self::splat(2.0 / (n + 6.0)), Self::splat(2.0 / (n + 4.0)));
+            thirds[third] = s4.fma(high, low);
         }
+        let sum = s8.fma(s8.fma(thirds[2], thirds[1]), thirds[0]);
         exponent.fma(Self::splat(std::f64::consts::LN_2), sum * s)
     }
 }

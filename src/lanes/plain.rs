@@ -103,10 +103,10 @@ impl Real for Plain {
         lanes!(l => self.0[l].abs())
     }
     #[inline(always)]
-    fn equal(self, other: Self) -> Mask {
+    fn at_most(self, other: Self) -> Mask {
         let mut mask = 0;
         for l in 0..LANES {
-            mask |= u8::from(self.0[l] == other.0[l]) << l;
+            mask |= u8::from(self.0[l] <= other.0[l]) << l;
         }
         mask
     }
@@ -146,6 +146,10 @@ impl Real for Plain {
     #[inline(always)]
     fn both(quad: &Quad) -> Self {
         lanes!(l => quad[l % 4])
+    }
+    #[inline(always)]
+    fn halves(a: &Quad, b: &Quad) -> Self {
+        Self([a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3]])
     }
     #[inline(always)]
     fn pair(a: f64, b: f64) -> Self {

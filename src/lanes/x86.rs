@@ -132,9 +132,9 @@ impl Real for Avx512 {
         Self(unsafe { _mm512_abs_pd(self.0) })
     }
     #[inline(always)]
-    fn equal(self, other: Self) -> Mask {
+    fn at_most(self, other: Self) -> Mask {
         // SAFETY: as above.
-        unsafe { _mm512_cmp_pd_mask::<_CMP_EQ_OQ>(self.0, other.0) }
+        unsafe { _mm512_cmp_pd_mask::<_CMP_LE_OQ>(self.0, other.0) }
     }
     #[inline(always)]
     fn below(self, other: Self) -> Mask {
@@ -166,6 +166,11 @@ impl Real for Avx512 {
     fn both(quad: &Quad) -> Self {
         // SAFETY: as above.
         Self(unsafe { _mm512_broadcast_f64x4(_mm256_loadu_pd(quad.as_ptr())) })
+    }
+    #[inline(always)]
+    fn halves(a: &Quad, b: &Quad) -> Self {
+        // SAFETY: as above.
+        Self(unsafe { _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(_mm256_loadu_pd(a.as_ptr())), _mm256_loadu_pd(b.as_ptr())) })
     }
     #[inline(always)]
     fn pair(a: f64, b: f64) -> Self {
@@ -294,11 +299,11 @@ impl Real for Avx2 {
         }
     }
     #[inline(always)]
-    fn equal(self, other: Self) -> Mask {
+    fn at_most(self, other: Self) -> Mask {
         // SAFETY: as above.
         unsafe {
-            let low = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_EQ_OQ>(self.0, other.0));
-            let high = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_EQ_OQ>(self.1, other.1));
+            let low = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(self.0, other.0));
+            let high = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(self.1, other.1));
             (low | high << 4) as Mask
         }
     }
@@ -335,6 +340,11 @@ impl Real for Avx2 {
         // SAFETY: as above.
         let quad = unsafe { _mm256_loadu_pd(quad.as_ptr()) };
         Self(quad, quad)
+    }
+    #[inline(always)]
+    fn halves(a: &Quad, b: &Quad) -> Self {
+        // SAFETY: as above.
+        unsafe { Self(_mm256_loadu_pd(a.as_ptr()), _mm256_loadu_pd(b.as_ptr())) }
     }
     #[inline(always)]
     fn pair(a: f64, b: f64) -> Self {

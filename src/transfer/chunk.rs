@@ -6,17 +6,15 @@ use crate::lanes::{Batch, LANES, Mask, Quad, Real};
 pub(super) const CHUNK: usize = 64;
 
 /// A number a particle. Eight may be written wherever a particle is, so there is room for some that are not there.
-pub(super) type Column = [f64; CHUNK + LANES];
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+pub(super) struct Column(pub(super) [f64; CHUNK + LANES]);
 
 /// Memory of a sweep; of use to nobody after it.
 #[repr(C, align(64))]
 pub(super) struct Chunk<const W: usize> {
-    /// Index of the first node of each particle in the tile of its bin.
-    pub(super) node: [u32; CHUNK + LANES],
     /// Local coordinate in its cell, by axis; of use only where the functions are those of inner cells.
     pub(super) xi: [Column; 3],
-    /// Particles of each eight whose functions are not those of inner cells.
-    pub(super) outside: [Mask; CHUNK / LANES],
     /// Velocity of the grid, later of the particle.
     pub(super) velocity: [Column; 3],
     /// Acceleration of the grid; the first is a mark (see `Stepper::mark_held_nodes`).
@@ -28,8 +26,30 @@ pub(super) struct Chunk<const W: usize> {
     /// -V0 tau, times the kick where forces are merged with momenta.
     pub(super) force: [[Column; 3]; 3],
     pub(super) packets: [Packets<W>; CHUNK / LANES],
-    /// The nodes of the last cell that was taken from.
-    pub(super) cell: Cell<W>,
+    /// The nodes of the cell that is taken from and of the next, in turns.
+    pub(super) cells: [Cell<W>; 2],
+    /// Index of the first node of each particle in the tile of its bin.
+    pub(super) node: [u32; CHUNK + LANES],
+    /// Particles of each eight whose functions are not those of inner cells.
+    pub(super) outside: [Mask; CHUNK / LANES],
+}
+
+impl<const W: usize> Chunk<W> {
+    /// Whether the functions at particle `at` are those of inner cells.
+    #[inline(always)]
+    pub(super) fn is_inner(&self, at: usize) -> bool {
+        self.outside[at % CHUNK / LANES] >> (at % LANES) & 1 == 0
+    }
+
+    /// The end of the run of particles from `start` on, below `end`, that are in one cell.
+    #[inline(always)]
+    pub(super) fn end_of_run(&self, start: usize, end: usize) -> usize {
+        let (node, mut next) = (self.node[start % CHUNK], start + 1);
+        while next < end.min(CHUNK) && self.node[next] == node {
+            next += 1;
+        }
+        next
+    }
 }
 
 /// The nodes of a cell, slot by slot as the middle one and the differences of the others from it: weights sum to 1 and slopes to 0, so
@@ -45,12 +65,12 @@ pub(super) struct Cell<const W: usize> {
 ///
 /// A particle adds to node (i, j, k) the field f = N_i N_j N_k b + e0_i N_j N_k + N_i e1_j N_k + N_i N_j e2_k with b of mass and momentum, and
 /// e of what grows with the distance (the affine matrix) or goes by a slope (the stress). As the sum of all N is 1 and that of all
-/// slopes and arms 0, the sum of e along an axis vanishes: the one of the middle node is minus those of the others and not kept.
+/// slopes and arms 0, the sum of f along an axis is that of the N of the other axes: in inner cells it takes the place of the middle node.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 pub(super) struct Packets<const W: usize> {
     pub(super) base: [Quad; LANES],
-    /// e by slot and node; that of the middle node is not used.
+    /// e by slot and node; along slots 0 and 1 that of the middle node is not kept.
     pub(super) more: [[[Quad; LANES]; W]; 3],
     /// N by slot and node.
     pub(super) value: [[Batch; W]; 3],
@@ -80,12 +100,12 @@ impl ChunkMemory {
 #[inline(always)]
 pub(super) fn load<V: Real>(column: &Column, at: usize) -> V {
     // SAFETY: there is room for eight numbers from any particle on.
-    V::load(unsafe { &*column.as_ptr().add(at % CHUNK).cast::<Batch>() })
+    V::load(unsafe { &*column.0.as_ptr().add(at % CHUNK).cast::<Batch>() })
 }
 
 /// Writes eight numbers from a particle of the chunk on.
 #[inline(always)]
 pub(super) fn store<V: Real>(column: &mut Column, at: usize, value: V) {
     // SAFETY: there is room for eight numbers from any particle on.
-    value.store(unsafe { &mut *column.as_mut_ptr().add(at % CHUNK).cast::<Batch>() });
+    value.store(unsafe { &mut *column.0.as_mut_ptr().add(at % CHUNK).cast::<Batch>() });
 }

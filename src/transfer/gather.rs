@@ -1,51 +1,54 @@
 //! Grid to particles.
 
 use super::chunk::{CHUNK, Cell, Chunk, load, store};
-use super::functions::{Line, functions, inner_functions};
+use super::functions::{self, AxisTable, Line, functions, inner_functions};
 use super::task::{Plan, Sweep};
-use super::{Rows, nodes};
+use super::{Rows, nodes, stencil};
 use crate::basis::Third;
-use crate::grid::{Lanes, Tile};
-use crate::lanes::{Batch, LANES, Real};
+use crate::grid::{Frame, Lanes, Tile};
+use crate::lanes::{Batch, LANES, Mask, Real};
 
-/// Takes the fields of the grid to `count` particles from `first` on, the first of which is number `at` of the chunk. All are in one cell.
+/// Takes the fields of the grid to `count` particles from `first` on, the first of which is number `at` of the chunk. All are in one cell,
+/// which is number `cell` of the chunk where they [`share`] it.
 ///
 /// # Safety
 /// The rows are the caller's, and the tile covers their stencils; there are at most [`LANES`].
 #[inline(always)]
 pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADIENT: bool, const AFFINE: bool, const INCREMENT: bool>(
     sweep: &Sweep,
-    plan: &Plan,
+    plan: &Plan<W>,
     first: usize,
     at: usize,
     count: usize,
     tile: &Tile,
+    cell: usize,
     chunk: &mut Chunk<W>,
 ) {
     let third = if AFFINE { Third::Affine } else { Third::Nothing };
     let node = chunk.node[at % CHUNK] as usize;
     let axes = &sweep.model.axes;
-    let inner = chunk.outside[at % CHUNK / LANES] >> (at % LANES) & 1 == 0;
+    let inner = chunk.is_inner(at);
+    let mut xi = [V::splat(0.0); D];
+    for a in 0..D {
+        xi[a] = load(&chunk.xi[a], at);
+    }
     let [f0, f1, f2] = if inner {
-        let mut xi = [V::splat(0.0); D];
-        for a in 0..D {
-            xi[a] = load(&chunk.xi[a], at);
-        }
-        inner_functions::<D, W, V>(axes, &plan.inner, &xi, third)
+        // the affine sum of quadratic ones comes from the others
+        let third = if W == 3 { Third::Nothing } else { third };
+        inner_functions::<D, W, V>(&plan.tables, &xi, third)
     } else {
         // SAFETY: the rows are ours.
         let (x, half) = unsafe { places::<D, V>(sweep, first, count) };
         functions::<D, W, V>(axes, &x, &half, third)
     };
-    // of functions far from the ends the middle one is nowhere small, so differences from it are no loss
     let by_differences = inner && W > 2;
-    let is_new = at == 0 || chunk.node[at % CHUNK - 1] as usize != node;
-    if by_differences && is_new {
-        chunk.cell = subtract::<D, W, V>(tile, &tile.momentum, node);
-    }
     for component in 0..D {
         let taken = if by_differences {
-            interpolate_differences::<D, W, V, GRADIENT, AFFINE>(&f0, &f1, &f2, &chunk.cell, 1 + component)
+            let mut taken = interpolate_differences::<D, W, V, GRADIENT, AFFINE>(&f0, &f1, &f2, &chunk.cells[cell % 2], 1 + component);
+            if AFFINE && W == 3 {
+                affine_of_quadratic(&mut taken, &xi, &plan.tables);
+            }
+            taken
         } else {
             interpolate::<D, W, V, GRADIENT, AFFINE>(&f0, &f1, &f2, tile, &tile.momentum, node, 1 + component)
         };
@@ -69,9 +72,19 @@ pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADI
     }
 }
 
+/// Makes cell number `cell` of the chunk that of particle `at`, if its particles share it.
+///
+/// Of functions far from the ends the middle one is nowhere small, so differences from it are no loss.
+#[inline(always)]
+pub(super) fn share<const D: usize, const W: usize, V: Real>(chunk: &mut Chunk<W>, at: usize, tile: &Tile, cell: usize) {
+    if W > 2 && chunk.is_inner(at) {
+        subtract::<D, W, V>(tile, &tile.momentum, chunk.node[at % CHUNK] as usize, &mut chunk.cells[cell % 2]);
+    }
+}
+
 /// The nodes of a cell from `node` on as differences.
 #[inline(always)]
-fn subtract<const D: usize, const W: usize, V: Real>(tile: &Tile, field: &[Lanes], node: usize) -> Cell<W> {
+fn subtract<const D: usize, const W: usize, V: Real>(tile: &Tile, field: &[Lanes], node: usize, cell: &mut Cell<W>) {
     let stride = tile.frame.stride;
     let last = node + (nodes::<D, W>(0) - 1) * stride[0] + (nodes::<D, W>(1) - 1) * stride[1] + W;
     assert!(last <= field.len(), "a tile covers the stencils of its particles");
@@ -113,7 +126,6 @@ fn subtract<const D: usize, const W: usize, V: Real>(tile: &Tile, field: &[Lanes
             }
         }
     }
-    let mut cell = Cell { rows: [[[[0.0; LANES]; 4]; W]; W] };
     for i in 0..nodes::<D, W>(0) {
         for j in 0..nodes::<D, W>(1) {
             for q in 0..4 {
@@ -123,10 +135,9 @@ fn subtract<const D: usize, const W: usize, V: Real>(tile: &Tile, field: &[Lanes
             }
         }
     }
-    cell
 }
 
-/// As [`interpolate`], from differences.
+/// As [`interpolate`], from differences. For the third of quadratic functions see [`affine_of_quadratic`].
 #[inline(always)]
 fn interpolate_differences<const D: usize, const W: usize, V: Real, const GRADIENT: bool, const AFFINE: bool>(
     f0: &Line<V, W>,
@@ -136,7 +147,8 @@ fn interpolate_differences<const D: usize, const W: usize, V: Real, const GRADIE
     lane: usize,
 ) -> Taken<V> {
     let (zero, middle) = (V::splat(0.0), W / 2);
-    // sums so far: value; slope along each slot; third along each slot
+    let by_slope = AFFINE && W == 3;
+    // sums so far: value; slope along each slot; third along each slot, or the value with the middle node alone along it
     let (mut value, mut slope, mut third) = (zero, [zero; 3], [zero; 3]);
     for at_i in 0..nodes::<D, W>(0) {
         // the middle one first
@@ -145,47 +157,67 @@ fn interpolate_differences<const D: usize, const W: usize, V: Real, const GRADIE
         for at_j in 0..nodes::<D, W>(1) {
             let j = if D < 2 { 0 } else { middle_first(at_j, middle) };
             let row = &cell.rows[i][j];
-            let (mut sum, mut sloped, mut turned) = (V::splat(row[3][lane]), zero, zero);
+            let of_middle = V::splat(row[3][lane % 4]);
+            let (mut sum, mut sloped, mut turned) = (of_middle, zero, of_middle);
             for at_k in 1..W {
                 let k = middle_first(at_k, middle);
-                let difference = V::splat(row[k / 2][4 * (k % 2) + lane]);
+                let difference = V::splat(row[k / 2][4 * (k % 2) + lane % 4]);
                 sum = f2.value[k].fma(difference, sum);
-                if GRADIENT {
+                if GRADIENT || by_slope {
                     sloped = if at_k == 1 { f2.slope[k] * difference } else { f2.slope[k].fma(difference, sloped) };
                 }
-                if AFFINE {
+                if AFFINE && !by_slope {
                     turned = if at_k == 1 { f2.third[k] * difference } else { f2.third[k].fma(difference, turned) };
                 }
             }
             if at_j == 0 {
-                (v, d2, m2) = (sum, sloped, turned);
-            } else {
-                v = f1.value[j].fma(sum, v);
-                if GRADIENT {
-                    d1 = if at_j == 1 { f1.slope[j] * sum } else { f1.slope[j].fma(sum, d1) };
-                    d2 = f1.value[j].fma(sloped, d2);
-                }
-                if AFFINE {
-                    m1 = if at_j == 1 { f1.third[j] * sum } else { f1.third[j].fma(sum, m1) };
-                    m2 = f1.value[j].fma(turned, m2);
-                }
+                (v, d2, m1, m2) = (sum, sloped, sum, turned);
+                continue;
+            }
+            v = f1.value[j].fma(sum, v);
+            if GRADIENT || by_slope {
+                d1 = if at_j == 1 { f1.slope[j] * sum } else { f1.slope[j].fma(sum, d1) };
+                d2 = f1.value[j].fma(sloped, d2);
+            }
+            if AFFINE {
+                m2 = f1.value[j].fma(turned, m2);
+            }
+            if AFFINE && !by_slope {
+                m1 = if at_j == 1 { f1.third[j] * sum } else { f1.third[j].fma(sum, m1) };
             }
         }
         if at_i == 0 {
-            (value, slope, third) = (v, [zero, d1, d2], [zero, m1, m2]);
-        } else {
-            value = f0.value[i].fma(v, value);
-            if GRADIENT {
-                let along = if at_i == 1 { f0.slope[i] * v } else { f0.slope[i].fma(v, slope[0]) };
-                slope = [along, f0.value[i].fma(d1, slope[1]), f0.value[i].fma(d2, slope[2])];
-            }
-            if AFFINE {
-                let along = if at_i == 1 { f0.third[i] * v } else { f0.third[i].fma(v, third[0]) };
-                third = [along, f0.value[i].fma(m1, third[1]), f0.value[i].fma(m2, third[2])];
-            }
+            (value, slope, third) = (v, [zero, d1, d2], [v, m1, m2]);
+            continue;
+        }
+        value = f0.value[i].fma(v, value);
+        if GRADIENT || by_slope {
+            let along = if at_i == 1 { f0.slope[i] * v } else { f0.slope[i].fma(v, slope[0]) };
+            slope = [along, f0.value[i].fma(d1, slope[1]), f0.value[i].fma(d2, slope[2])];
+        }
+        if AFFINE {
+            third = [third[0], f0.value[i].fma(m1, third[1]), f0.value[i].fma(m2, third[2])];
+        }
+        if AFFINE && !by_slope {
+            third[0] = if at_i == 1 { f0.third[i] * v } else { f0.third[i].fma(v, third[0]) };
         }
     }
     Taken { value, slope, third }
+}
+
+/// The sum with the affine weights of quadratic functions along a slot, from those with the values and with the slopes.
+///
+/// Along it a field is a parabola through three nodes, v = v_1 + N_0 (v_0 - v_1) + N_2 (v_2 - v_1): its value, its slope and
+/// v_1 say all. With the weights N_a (x_a - x_p) 4 / h^2 that is sum = (4 xi - 2) / h (v - v_1) + 4 xi (1 - xi) dv/dx, xi the local coordinate.
+#[inline(always)]
+fn affine_of_quadratic<const D: usize, const W: usize, V: Real>(taken: &mut Taken<V>, xi: &[V; D], tables: &[AxisTable<W>; 3]) {
+    let (two, four) = (V::splat(2.0), V::splat(4.0));
+    for a in 0..D {
+        let (slot, four_xi) = (3 - D + a, four * xi[a]);
+        let of_value = (four_xi - two) * V::splat(tables[a].inverse);
+        let of_slope = xi[a].fnma(four_xi, four_xi);
+        taken.third[slot] = of_slope.fma(taken.slope[slot], of_value * (taken.value - taken.third[slot]));
+    }
 }
 
 /// Counts the nodes of a slot, the middle one first.
@@ -198,6 +230,35 @@ const fn middle_first(at: usize, middle: usize) -> usize {
     } else {
         at
     }
+}
+
+/// Finds the first nodes in a tile of `count` particles from `first` on at `x`, the first of which is number `at` of the chunk. Returns
+/// their local coordinates, of use only where the functions are those of inner cells.
+///
+/// # Safety
+/// The rows are the caller's, with these positions; there are at most [`LANES`].
+#[inline(always)]
+pub(super) unsafe fn locate<const D: usize, const W: usize, V: Real>(
+    sweep: &Sweep,
+    plan: &Plan<W>,
+    x: &[V; D],
+    first: usize,
+    at: usize,
+    count: usize,
+    frame: &Frame,
+    chunk: &mut Chunk<W>,
+) -> [V; D] {
+    let to = chunk.node[at % CHUNK..].first_chunk_mut().expect("there is room for eight from any particle on");
+    let (xi, outside) = if plan.splines {
+        functions::locate(&plan.tables, x, frame, to)
+    } else {
+        // SAFETY: the rows are ours.
+        let (x, half) = unsafe { places::<D, V>(sweep, first, count) };
+        stencil::first_nodes::<D, W, V>(&sweep.model.axes, &x, &half, frame, to);
+        (x, Mask::MAX)
+    };
+    chunk.outside[at % CHUNK / LANES] = outside;
+    xi
 }
 
 /// Position and half-length of the domain of up to eight particles by axis; lanes beyond `count` are like the first.

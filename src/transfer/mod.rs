@@ -10,6 +10,7 @@ mod chunk;
 mod functions;
 mod gather;
 mod particle;
+mod rate;
 mod rows;
 mod scatter;
 mod stencil;
@@ -23,14 +24,13 @@ pub(crate) use sweep::Scratch;
 pub(crate) use task::{Fault, FaultKind, GatherTask, ScatterTask, Sweep, SweepReport, What};
 
 use crate::basis::{Axis, BATCH, Places};
+use crate::grid::Site;
 use crate::lanes::{Instructions, Plain};
-use chunk::Chunk;
-use std::ops::Range;
 
 /// The kernels of a scene.
 #[derive(Clone, Copy)]
 pub(crate) struct Kernels {
-    sweep: unsafe fn(&Sweep, Range<usize>, &mut Scratch) -> SweepReport,
+    sweep: unsafe fn(&Sweep, &Site, &mut Scratch) -> SweepReport,
     stencils: fn(&[Axis], &Places<3>, usize, &mut StencilRows),
 }
 
@@ -72,13 +72,14 @@ impl Kernels {
         Self { sweep, stencils: stencil::tabulate::<D, W> }
     }
 
-    /// Carries out a sweep on the particles in `range`: they take from one tile of `scratch` and give to the other.
+    /// Carries out a sweep on the particles of a bin: they take from one tile of `scratch` and give to the other.
     ///
     /// # Safety
-    /// The rows of `range` are this caller's alone, and the tiles cover their stencils, before and after they move.
-    pub(crate) unsafe fn sweep(&self, task: &Sweep, range: Range<usize>, scratch: &mut Scratch) -> SweepReport {
+    /// The rows of the bin are this caller's alone, tiles cover their stencils, before and after they move, and the rest is as
+    /// [`Site::add`] says.
+    pub(crate) unsafe fn sweep(&self, task: &Sweep, site: &Site, scratch: &mut Scratch) -> SweepReport {
         // SAFETY: the caller's promise; the kernel was chosen for this CPU.
-        unsafe { (self.sweep)(task, range, scratch) }
+        unsafe { (self.sweep)(task, site, scratch) }
     }
 
     /// Shape functions at the first `count` of some places.
@@ -108,17 +109,17 @@ mod x86 {
     /// # Safety
     /// As [`Kernels::sweep`]; the CPU has AVX2 and FMA.
     #[target_feature(enable = "avx2,fma")]
-    pub(super) unsafe fn avx2<const D: usize, const W: usize>(task: &Sweep, range: Range<usize>, scratch: &mut Scratch) -> SweepReport {
+    pub(super) unsafe fn avx2<const D: usize, const W: usize>(task: &Sweep, site: &Site, scratch: &mut Scratch) -> SweepReport {
         // SAFETY: the caller's promise.
-        unsafe { sweep::sweep::<D, W, Avx2>(task, range, scratch) }
+        unsafe { sweep::sweep::<D, W, Avx2>(task, site, scratch) }
     }
 
     /// # Safety
     /// As [`Kernels::sweep`]; the CPU has AVX-512 F, DQ and VL.
     #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
-    pub(super) unsafe fn avx512<const D: usize, const W: usize>(task: &Sweep, range: Range<usize>, scratch: &mut Scratch) -> SweepReport {
+    pub(super) unsafe fn avx512<const D: usize, const W: usize>(task: &Sweep, site: &Site, scratch: &mut Scratch) -> SweepReport {
         // SAFETY: the caller's promise.
-        unsafe { sweep::sweep::<D, W, Avx512>(task, range, scratch) }
+        unsafe { sweep::sweep::<D, W, Avx512>(task, site, scratch) }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The update of one particle, whatever its law: what is not worked out eight at a time.
 
-use super::Chunk;
+use super::chunk::Chunk;
 use super::task::{Fault, FaultKind, GatherTask, Sweep, SweepReport};
 use crate::material::{Increment, embed};
 
@@ -22,7 +22,7 @@ pub(super) unsafe fn update<const D: usize, const W: usize>(
     report: &mut SweepReport,
 ) {
     let rows = &sweep.rows;
-    let grid_velocity: [f64; D] = std::array::from_fn(|a| chunk.velocity[a][at]);
+    let grid_velocity: [f64; D] = std::array::from_fn(|a| chunk.velocity[a].0[at]);
     if let Some(kick) = task.kick {
         let mut velocity = grid_velocity;
         if task.increment {
@@ -30,7 +30,7 @@ pub(super) unsafe fn update<const D: usize, const W: usize>(
             // SAFETY: row p is ours.
             let old = unsafe { rows.vector::<D, 3>(&rows.velocity, p) };
             for a in 0..D {
-                let change = kick * chunk.acceleration[1 + a][at];
+                let change = kick * chunk.acceleration[1 + a].0[at];
                 // a pure FLIP must not touch the PIC velocity: 0 times it may lose the last bit
                 velocity[a] = if share == 1.0 {
                     old[a] + change
@@ -42,12 +42,12 @@ pub(super) unsafe fn update<const D: usize, const W: usize>(
             }
         }
         for a in 0..D {
-            chunk.velocity[a][at] = velocity[a];
+            chunk.velocity[a].0[at] = velocity[a];
         }
         // SAFETY: row p is ours.
         unsafe { rows.set_vector(&rows.velocity, p, velocity) };
         if task.affine {
-            let c: [[f64; D]; D] = std::array::from_fn(|a| std::array::from_fn(|k| chunk.affine[a][k][at]));
+            let c: [[f64; D]; D] = std::array::from_fn(|a| std::array::from_fn(|k| chunk.affine[a][k].0[at]));
             // SAFETY: row p is ours.
             unsafe { rows.set_tensor(&rows.affine, p, c) };
         }
@@ -57,7 +57,7 @@ pub(super) unsafe fn update<const D: usize, const W: usize>(
         let mut position = unsafe { rows.vector::<D, 3>(&rows.position, p) };
         let mut motion: [f64; D] = std::array::from_fn(|a| dt * grid_velocity[a]);
         // SAFETY: row p is ours, and there is an affine matrix where particles separate.
-        if task.separation > 0.0 && chunk.acceleration[0][at] == 0.0 && unsafe { separates::<D>(sweep, p, dt) } {
+        if task.separation > 0.0 && chunk.acceleration[0].0[at] == 0.0 && unsafe { separates::<D>(sweep, p, dt) } {
             // SAFETY: row p is ours.
             let own = unsafe { rows.vector::<D, 3>(&rows.velocity, p) };
             for a in 0..D {
@@ -80,7 +80,7 @@ pub(super) unsafe fn update<const D: usize, const W: usize>(
         }
     }
     if let Some(dt) = task.strain {
-        let gradient: [[f64; D]; D] = std::array::from_fn(|a| std::array::from_fn(|k| dt * chunk.gradient[a][k][at]));
+        let gradient: [[f64; D]; D] = std::array::from_fn(|a| std::array::from_fn(|k| dt * chunk.gradient[a][k].0[at]));
         // SAFETY: row p is ours.
         if let Err(kind) = unsafe { strain::<D>(sweep, task, p, gradient, report) } {
             report.fault.get_or_insert(Fault { row: p, kind });
@@ -213,7 +213,7 @@ pub(super) unsafe fn stress<const D: usize, const W: usize>(
     let tau = sweep.model.material(rows.body[p]).kirchhoff(&embed(&f, lateral), &history);
     for r in 0..D {
         for c in 0..D {
-            chunk.force[r][c][at] = weight * tau[(r, c)];
+            chunk.force[r][c].0[at] = weight * tau[(r, c)];
         }
     }
 }

@@ -41,7 +41,7 @@ pub(crate) struct Rows<'a> {
     pub(crate) velocity: Columns<3>,
     pub(crate) deformation: Columns<9>,
     pub(crate) affine: Columns<9>,
-    history: Columns<MAX_HISTORY>,
+    pub(crate) history: Columns<MAX_HISTORY>,
     history_width: usize,
     lateral: *mut f64,
     pub(crate) mass: &'a [f64],
@@ -165,21 +165,20 @@ impl<'a> Rows<'a> {
     /// As the contract of [`Rows`] says.
     #[inline(always)]
     pub(crate) unsafe fn history(&self, p: usize) -> History {
-        let mut history = History::default();
-        for h in 0..self.history_width {
-            // SAFETY: the caller keeps the contract.
-            history[h] = unsafe { *self.history.0[h].add(p) };
-        }
-        history
+        // number by number: an array that is written in a loop of unknown length is read back as vectors, for which the processor waits
+        // SAFETY: the caller keeps the contract.
+        std::array::from_fn(|h| if h < self.history_width { unsafe { *self.history.0[h].add(p) } } else { 0.0 })
     }
 
     /// # Safety
     /// As the contract of [`Rows`] says.
     #[inline(always)]
     pub(crate) unsafe fn set_history(&self, p: usize, history: &History) {
-        for h in 0..self.history_width {
-            // SAFETY: the caller keeps the contract.
-            unsafe { *self.history.0[h].add(p) = history[h] }
+        for h in 0..MAX_HISTORY {
+            if h < self.history_width {
+                // SAFETY: the caller keeps the contract.
+                unsafe { *self.history.0[h].add(p) = history[h] }
+            }
         }
     }
 

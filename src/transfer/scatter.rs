@@ -2,11 +2,12 @@
 
 use super::chunk::{CHUNK, Chunk, load};
 use super::functions::{functions, inner_functions};
-use super::gather::places;
-use super::nodes;
+use super::gather::{locate, places};
 use super::task::{Plan, ScatterTask, Sweep};
+use super::update::Eight;
+use super::{nodes, update};
 use crate::basis::Third;
-use crate::grid::{Lanes, Tile};
+use crate::grid::{Frame, Lanes, Tile};
 use crate::lanes::{LANES, Mask, Real};
 
 /// The field that packets are for.
@@ -31,7 +32,7 @@ const fn middle(width: usize) -> usize {
     width / 2
 }
 
-/// Makes the packets of `count` particles from `first` on, the first of which is number `at` of the chunk. Stresses are in the chunk.
+/// Makes the packets of `count` particles from `first` on, the first of which is number `at` of the chunk.
 ///
 /// # Safety
 /// The rows are the caller's; there are at most [`LANES`].
@@ -39,28 +40,33 @@ const fn middle(width: usize) -> usize {
 pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real>(
     sweep: &Sweep,
     task: &ScatterTask,
-    plan: &Plan,
+    plan: &Plan<W>,
     field: Field,
     source: Source,
+    eight: &Eight<V, D>,
     first: usize,
     at: usize,
     count: usize,
+    frame: &Frame,
     chunk: &mut Chunk<W>,
 ) {
-    let (rows, zero) = (&sweep.rows, V::splat(0.0));
+    let (rows, axes, zero) = (&sweep.rows, &sweep.model.axes, V::splat(0.0));
     let momentum = field == Field::Momentum;
     let kick = match task.what {
         super::What::Kicked(kick) => Some(kick),
         _ => None,
     };
-    let (affine, stress) = (momentum && sweep.model.needs.affine, !momentum || kick.is_some());
-    let (axes, third) = (&sweep.model.axes, if affine { Third::Arm } else { Third::Nothing });
+    let (affine, stressed) = (momentum && sweep.model.needs.affine, !momentum || kick.is_some());
+    let mut stress = [[zero; D]; D];
+    if stressed {
+        // SAFETY: the rows are ours.
+        stress = unsafe { update::stress::<D, W, V>(sweep, plan, kick.unwrap_or(1.0), task.relieved, eight, first, at, count, chunk) };
+    }
+    // SAFETY: the rows are ours.
+    let xi = unsafe { locate::<D, W, V>(sweep, plan, &eight.position, first, at, count, frame, chunk) };
+    let third = if affine { Third::Arm } else { Third::Nothing };
     let lines = if chunk.outside[at % CHUNK / LANES] & ((1u32 << count) - 1) as Mask == 0 {
-        let mut xi = [zero; D];
-        for a in 0..D {
-            xi[a] = load(&chunk.xi[a], at);
-        }
-        inner_functions::<D, W, V>(axes, &plan.inner, &xi, third)
+        inner_functions::<D, W, V>(&plan.tables, &xi, third)
     } else {
         // SAFETY: the rows are ours.
         let (x, half) = unsafe { places::<D, V>(sweep, first, count) };
@@ -80,7 +86,7 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real>(
             base[1 + a] = mass * velocity;
         }
     }
-    if stress {
+    if stressed {
         for (a, of) in task.body_force.iter().enumerate() {
             // SAFETY: a number a particle.
             let force = mass * unsafe { V::load_some(of.as_ptr().add(first), count) };
@@ -92,7 +98,7 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real>(
         for node in 0..W {
             lines[slot].value[node].store(&mut chunk.packets[at % CHUNK / LANES].value[slot][node]);
         }
-        if !(affine || stress) {
+        if !(affine || stressed) {
             continue;
         }
         let axis = slot + D - 3;
@@ -106,23 +112,26 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real>(
                         Source::Chunk => load(&chunk.affine[a][axis], at),
                     };
             }
-            if stress {
-                s[a] = load(&chunk.force[a][axis], at);
-            }
+            s[a] = stress[a][axis];
         }
+        let mut rest = [zero; 4];
         for node in 0..W {
             if node == middle(W) {
                 continue;
             }
             let mut more = [zero; 4];
             for a in 0..D {
-                more[1 + a] = match (affine, stress) {
+                more[1 + a] = match (affine, stressed) {
                     (true, true) => lines[slot].third[node].fma(c[a], lines[slot].slope[node] * s[a]),
                     (true, false) => lines[slot].third[node] * c[a],
                     _ => lines[slot].slope[node] * s[a],
                 };
+                rest[1 + a] = rest[1 + a] - more[1 + a];
             }
             V::turn(more, &mut chunk.packets[at % CHUNK / LANES].more[slot][node]);
+        }
+        if slot == 2 {
+            V::turn(rest, &mut chunk.packets[at % CHUNK / LANES].more[slot][middle(W)]);
         }
     }
 }
@@ -139,26 +148,32 @@ pub(super) fn add<const D: usize, const W: usize, V: Real, const MORE: bool>(
     let stride = tile.frame.stride;
     let to = if field == Field::Momentum { &mut tile.momentum } else { &mut tile.force };
     let mut start = 0;
-    while start < count.min(CHUNK) {
-        let node = chunk.node[start];
-        let mut end = start + 1;
-        while end < count.min(CHUNK) && chunk.node[end] == node {
-            end += 1;
-        }
-        let last = node as usize + (nodes::<D, W>(0) - 1) * stride[0] + (nodes::<D, W>(1) - 1) * stride[1] + W;
+    while start < count {
+        let end = chunk.end_of_run(start, count);
+        let node = chunk.node[start % CHUNK] as usize;
+        let last = node + (nodes::<D, W>(0) - 1) * stride[0] + (nodes::<D, W>(1) - 1) * stride[1] + W;
         assert!(last <= to.len(), "a tile covers the stencils of its particles");
         // SAFETY: the packets are there, and so are the nodes.
-        unsafe { add_run::<D, W, V, MORE>(chunk, start, end, to.as_mut_ptr().add(node as usize), stride) };
+        unsafe {
+            let to = to.as_mut_ptr().add(node);
+            // of functions far from the ends the middle one is nowhere small, so that it may be what the others leave of all
+            if W > 2 && chunk.is_inner(start) {
+                add_run::<D, W, V, MORE, true>(chunk, start, end, to, stride);
+            } else {
+                add_run::<D, W, V, MORE, false>(chunk, start, end, to, stride);
+            }
+        }
         start = end;
     }
 }
 
-/// Adds the packets from `start` to below `end`, of one cell.
+/// Adds the packets from `start` to below `end`, of one cell. Where `ALL` is set, what goes to all nodes along slot 0 or 1 is summed in
+/// the place of the middle one, which gets what the others leave of it.
 ///
 /// # Safety
 /// The stencil from node `to` on may be written, and the particles are in the chunk.
 #[inline(always)]
-unsafe fn add_run<const D: usize, const W: usize, V: Real, const MORE: bool>(
+unsafe fn add_run<const D: usize, const W: usize, V: Real, const MORE: bool, const ALL: bool>(
     chunk: &Chunk<W>,
     start: usize,
     end: usize,
@@ -172,46 +187,67 @@ unsafe fn add_run<const D: usize, const W: usize, V: Real, const MORE: bool>(
         // SAFETY: the particle is in the chunk.
         let (packets, lane) = unsafe { (chunk.packets.get_unchecked(l / LANES), l % LANES) };
         let slot = V::slot(lane);
-        let mut n = [[0.0; W]; 2];
-        for s in 0..2 {
-            for k in 0..nodes::<D, W>(s) {
-                // an unused slot has one function, 1
-                n[s][k] = if s < 3 - D { 1.0 } else { packets.value[s][k][lane] };
-            }
-        }
         let base = V::both(&packets.base[slot]);
         for q in 0..W.div_ceil(2) {
-            let pair = if 2 * q + 1 < W {
-                V::pair(packets.value[2][2 * q][lane], packets.value[2][2 * q + 1][lane])
-            } else {
-                V::splat(packets.value[2][2 * q][lane])
-            };
+            let (k, is_pair) = (2 * q, 2 * q + 1 < W);
+            let n2 = &packets.value[2];
+            let pair = if is_pair { V::pair(n2[k][lane], n2[k + 1][lane]) } else { V::splat(n2[k][lane]) };
             // N_k b + e2_k
-            let mut row = base * pair;
-            let (mut e0, mut e1) = ([zero; W], [zero; W]);
-            if MORE {
-                row = base.fma(pair, along::<W, V>(packets, slot, q));
-                if D == 3 {
-                    e0 = across::<W, V>(packets, 0, slot, pair);
-                }
-                if D >= 2 {
-                    e1 = across::<W, V>(packets, 1, slot, pair);
+            let e2 = &packets.more[2];
+            let row = match (MORE, is_pair) {
+                (true, true) => base.fma(pair, V::halves(&e2[k][slot], &e2[k + 1][slot])),
+                (true, false) => base.fma(pair, V::both(&e2[k][slot])),
+                (false, _) => base * pair,
+            };
+            // the same along slot 1
+            let mut rows = [row; W];
+            if D >= 2 {
+                let e1 = if MORE { across::<W, V, ALL>(packets, 1, slot, pair) } else { [zero; W] };
+                for j in 0..W {
+                    if !(ALL && j == middle(W)) {
+                        let weight = V::splat(packets.value[1][j][lane]);
+                        rows[j] = if MORE { weight.fma(row, e1[j]) } else { weight * row };
+                    }
                 }
             }
-            for j in 0..nodes::<D, W>(1) {
-                let weight = V::splat(n[1][j]);
-                let mut plane = if D >= 2 { weight * row } else { row };
-                if MORE && D >= 2 {
-                    plane = weight.fma(row, e1[j]);
+            if D < 3 {
+                for j in 0..nodes::<D, W>(1) {
+                    sums[0][j][q] = sums[0][j][q] + rows[j];
                 }
-                for i in 0..nodes::<D, W>(0) {
-                    if D == 3 {
-                        sums[i][j][q] = V::splat(n[0][i]).fma(plane, sums[i][j][q]);
-                        if MORE {
-                            sums[i][j][q] = weight.fma(e0[i], sums[i][j][q]);
-                        }
-                    } else {
-                        sums[i][j][q] = sums[i][j][q] + plane;
+                continue;
+            }
+            let e0 = if MORE { across::<W, V, ALL>(packets, 0, slot, pair) } else { [zero; W] };
+            for i in 0..W {
+                for j in 0..W {
+                    if ALL && i == middle(W) {
+                        sums[i][j][q] = sums[i][j][q] + rows[j];
+                        continue;
+                    }
+                    if MORE && ALL && j == middle(W) {
+                        sums[i][j][q] = sums[i][j][q] + e0[i];
+                    } else if MORE {
+                        sums[i][j][q] = e0[i].fma(V::splat(packets.value[1][j][lane]), sums[i][j][q]);
+                    }
+                    sums[i][j][q] = rows[j].fma(V::splat(packets.value[0][i][lane]), sums[i][j][q]);
+                }
+            }
+        }
+    }
+    for q in 0..W.div_ceil(2) {
+        if ALL && D >= 2 {
+            for i in 0..nodes::<D, W>(0) {
+                for j in 0..W {
+                    if j != middle(W) {
+                        sums[i][middle(W)][q] = sums[i][middle(W)][q] - sums[i][j][q];
+                    }
+                }
+            }
+        }
+        if ALL && D == 3 {
+            for j in 0..W {
+                for i in 0..W {
+                    if i != middle(W) {
+                        sums[middle(W)][j][q] = sums[middle(W)][j][q] - sums[i][j][q];
                     }
                 }
             }
@@ -230,39 +266,19 @@ unsafe fn add_run<const D: usize, const W: usize, V: Real, const MORE: bool>(
     }
 }
 
-/// e2 at nodes 2q and 2q + 1 of a particle.
+/// e of slot 0 or 1 times N at two nodes along slot 2; the middle one only where it does not stand for all.
 #[inline(always)]
-fn along<const W: usize, V: Real>(packets: &super::chunk::Packets<W>, slot: usize, q: usize) -> V {
-    let of = &packets.more[2];
-    let mut rest = V::splat(0.0);
-    if middle(W) / 2 == q {
-        let mut first = true;
-        for node in 0..W {
-            if node != middle(W) {
-                let e = V::both(&of[node][slot]);
-                rest = if first { e } else { rest + e };
-                first = false;
-            }
-        }
-        rest = -rest;
-    }
-    let at = |node: usize| if node == middle(W) { rest } else { V::both(&of[node][slot]) };
-    if 2 * q + 1 < W { at(2 * q).select(0x0f, at(2 * q + 1)) } else { at(2 * q) }
-}
-
-/// e of slot 0 or 1 times N at two nodes along slot 2.
-#[inline(always)]
-fn across<const W: usize, V: Real>(packets: &super::chunk::Packets<W>, s: usize, slot: usize, pair: V) -> [V; W] {
-    let mut e = [V::splat(0.0); W];
-    let mut rest = V::splat(0.0);
-    let mut first = true;
+fn across<const W: usize, V: Real, const ALL: bool>(packets: &super::chunk::Packets<W>, s: usize, slot: usize, pair: V) -> [V; W] {
+    let zero = V::splat(0.0);
+    let (mut e, mut rest) = ([zero; W], zero);
     for node in 0..W {
         if node != middle(W) {
             e[node] = V::both(&packets.more[s][node][slot]) * pair;
-            rest = if first { e[node] } else { rest + e[node] };
-            first = false;
+            rest = rest - e[node];
         }
     }
-    e[middle(W)] = -rest;
+    if !ALL {
+        e[middle(W)] = rest;
+    }
     e
 }

@@ -1,7 +1,8 @@
 //! What a sweep over the particles is to do, and what came of it.
 
 use super::Rows;
-use crate::basis::Inner;
+use super::functions::AxisTable;
+use crate::basis::Family;
 use crate::material::Material;
 use crate::model::Model;
 
@@ -161,25 +162,31 @@ impl FaultKind {
 
 /// What a sweep asks of its scene once.
 #[derive(Clone, Copy)]
-pub(super) struct Plan {
-    /// Cells whose functions are the same, by axis.
-    pub(super) inner: [Option<Inner>; 3],
-    /// Whether the particles are updated eight at a time: all neo-Hookean, and nothing that is worked out for one at a time.
+pub(super) struct Plan<const W: usize> {
+    /// The axes.
+    pub(super) tables: [AxisTable<W>; 3],
+    /// Whether the functions of the grid are B-splines.
+    pub(super) splines: bool,
+    /// Whether the particles are updated eight at a time: all of one of the two laws that are written for it, and
+    /// nothing that is worked out for one at a time.
     pub(super) update_in_lanes: bool,
     /// Whether stresses are.
     pub(super) stress_in_lanes: bool,
+    /// Whether their law is the Jaumann rate.
+    pub(super) by_rate: bool,
 }
 
-impl Plan {
+impl<const W: usize> Plan<W> {
     pub(super) fn new(sweep: &Sweep) -> Self {
         let model = sweep.model;
-        let mut inner = [None; 3];
-        for (inner, axis) in inner.iter_mut().zip(&model.axes) {
-            *inner = axis.inner();
-        }
-        let plain = model.bodies.iter().all(|body| matches!(body.material, Material::NeoHookean(_))) && !model.embedding.stress_free;
-        let one_by_one = |task: &GatherTask| task.separation > 0.0 || task.gradient_is_new && task.strain.is_some();
+        // axes that are not there are like the last
+        let of = |a: usize| AxisTable::new(&model.axes[a.min(model.dimension - 1)]);
+        let by_rate = model.bodies.iter().all(|body| matches!(body.material, Material::Hypo(_)));
+        let by_potential = model.bodies.iter().all(|body| matches!(body.material, Material::NeoHookean(_)));
+        let plain = (by_rate || by_potential) && !model.embedding.stress_free;
+        let one_by_one = |task: &GatherTask| task.separation > 0.0 || by_rate && task.pace && task.strain.is_some();
         let update_in_lanes = plain && model.domains != Some(true) && !sweep.gather.as_ref().is_some_and(one_by_one);
-        Self { inner, update_in_lanes, stress_in_lanes: plain }
+        let splines = matches!(model.axes[0].family(), Family::OpenSpline(_) | Family::UniformCubic);
+        Self { tables: [of(0), of(1), of(2)], splines, update_in_lanes, stress_in_lanes: plain, by_rate }
     }
 }

@@ -1,6 +1,7 @@
 //! The update of the particles from what they took from the grid: eight at a time, where that is worth it.
 
 use super::chunk::{Chunk, load, store};
+use super::rate;
 use super::task::{Fault, FaultKind, GatherTask, Plan, Sweep, SweepReport};
 use crate::lanes::{Batch, LANES, Mask, Real};
 use crate::material::Material;
@@ -35,6 +36,35 @@ impl<V: Real> Extremes<V> {
     }
 }
 
+/// What the kernels keep of eight particles while they work on them.
+pub(super) struct Eight<V, const D: usize> {
+    /// Position \[m\].
+    pub(super) position: [V; D],
+    /// Deformation gradient.
+    deformation: [[V; D]; D],
+}
+
+impl<V: Real, const D: usize> Eight<V, D> {
+    /// `count` particles from row `first` on.
+    ///
+    /// # Safety
+    /// The rows are the caller's; there are at most [`LANES`].
+    #[inline(always)]
+    pub(super) unsafe fn load(sweep: &Sweep, first: usize, count: usize) -> Self {
+        let rows = &sweep.rows;
+        let (mut position, mut deformation) = ([V::splat(0.0); D], [[V::splat(0.0); D]; D]);
+        for a in 0..D {
+            // SAFETY: the rows are the caller's.
+            position[a] = unsafe { V::load_some(rows.position.at(a, first), count) };
+            for k in 0..D {
+                // SAFETY: as above.
+                deformation[a][k] = unsafe { V::load_some(rows.deformation.at(D * a + k, first), count) };
+            }
+        }
+        Self { position, deformation }
+    }
+}
+
 /// Velocity, position and deformation of `count` particles from `first` on, the first of which is number `at` of the chunk.
 ///
 /// # Safety
@@ -43,22 +73,25 @@ impl<V: Real> Extremes<V> {
 pub(super) unsafe fn update<const D: usize, const W: usize, V: Real>(
     sweep: &Sweep,
     task: &GatherTask,
-    plan: &Plan,
+    plan: &Plan<W>,
     first: usize,
     at: usize,
     count: usize,
     chunk: &mut Chunk<W>,
     extremes: &mut Extremes<V>,
     report: &mut SweepReport,
-) {
+) -> Eight<V, D> {
     if !plan.update_in_lanes {
         for lane in 0..count {
             // SAFETY: the row is ours.
             unsafe { super::particle::update::<D, W>(sweep, task, first + lane, at + lane, chunk, report) };
         }
-        return;
+        // SAFETY: the rows are ours.
+        return unsafe { Eight::load(sweep, first, count) };
     }
     let rows = &sweep.rows;
+    // SAFETY: the rows are ours.
+    let mut eight = unsafe { Eight::<V, D>::load(sweep, first, count) };
     let all = ((1u32 << count) - 1) as Mask;
     let mut velocity = [V::splat(0.0); D];
     for a in 0..D {
@@ -98,18 +131,16 @@ pub(super) unsafe fn update<const D: usize, const W: usize, V: Real>(
     let mut faulty = 0;
     if let Some(dt) = task.drift {
         let (mut work, mut way) = (V::splat(0.0), V::splat(0.0));
-        let (mut old, mut new, mut inside) = ([V::splat(0.0); D], [V::splat(0.0); D], all);
+        let (mut new, mut inside) = ([V::splat(0.0); D], all);
         for a in 0..D {
-            // SAFETY: the rows are ours.
-            old[a] = unsafe { V::load_some(rows.position.at(a, first), count) };
             let motion = V::splat(dt) * grid_velocity[a];
-            new[a] = old[a] + motion;
-            let axis = &sweep.model.axes[a];
-            way = way.max((motion * V::splat(axis.inverse_cell())).abs().select(all, V::splat(0.0)));
-            let s = (new[a] - V::splat(axis.origin())) * V::splat(axis.inverse_cell());
-            let (low, high) = axis.ends_of_places();
+            new[a] = eight.position[a] + motion;
+            let axis = &plan.tables[a];
+            way = way.max((motion * V::splat(axis.inverse)).abs().select(all, V::splat(0.0)));
+            let s = axis.place(new[a]);
+            let (low, high) = axis.ends;
             // also outside where the position is no number
-            inside &= !s.below(V::splat(low)) & !V::splat(high).below(s) & s.equal(s);
+            inside &= V::splat(low).at_most(s) & s.at_most(V::splat(high));
             if task.work {
                 let mut body_force = V::splat(task.gravity[a]);
                 if let Some(own) = task.body_force.get(a) {
@@ -132,9 +163,9 @@ pub(super) unsafe fn update<const D: usize, const W: usize, V: Real>(
         }
         for a in 0..D {
             // where it left the grid the old position stays, for the error to tell
-            let kept = new[a].select(inside, old[a]);
+            eight.position[a] = new[a].select(inside, eight.position[a]);
             // SAFETY: the rows are ours.
-            unsafe { kept.store_some(rows.position.at(a, first), count) };
+            unsafe { eight.position[a].store_some(rows.position.at(a, first), count) };
         }
         if task.work {
             // SAFETY: a number a particle.
@@ -146,15 +177,8 @@ pub(super) unsafe fn update<const D: usize, const W: usize, V: Real>(
             }
         }
     }
-    let Some(dt) = task.strain else { return };
-    let mut f = [[V::splat(0.0); D]; D];
-    for r in 0..D {
-        for c in 0..D {
-            // SAFETY: the rows are ours.
-            f[r][c] = unsafe { V::load_some(rows.deformation.at(D * r + c, first), count) };
-        }
-    }
-    let old = f;
+    let Some(dt) = task.strain else { return eight };
+    let (old, mut f) = (eight.deformation, eight.deformation);
     for r in 0..D {
         for c in 0..D {
             let mut rate = load::<V>(&chunk.gradient[r][0], at) * old[0][c];
@@ -164,6 +188,17 @@ pub(super) unsafe fn update<const D: usize, const W: usize, V: Real>(
             f[r][c] = V::splat(dt).fma(rate, old[r][c]);
         }
     }
+    if task.gradient_is_new {
+        let mut back = [[V::splat(0.0); D]; D];
+        for r in 0..D {
+            for c in 0..D {
+                let identity = if r == c { 1.0 } else { 0.0 };
+                back[r][c] = V::splat(dt).fnma(load::<V>(&chunk.gradient[r][c], at), V::splat(identity));
+            }
+        }
+        f = solved(&back, &old);
+    }
+    eight.deformation = f;
     let jacobian = determinant(&f);
     // also not sound where it is no number
     let sound = V::splat(0.0).below(jacobian) & jacobian.below(V::splat(f64::INFINITY));
@@ -180,11 +215,46 @@ pub(super) unsafe fn update<const D: usize, const W: usize, V: Real>(
             unsafe { f[r][c].store_some(rows.deformation.at(D * r + c, first), count) };
         }
     }
+    if plan.by_rate {
+        // the law is about the volume ratio at the positions that the gradient refers to
+        let volume = if task.gradient_is_new { jacobian } else { determinant(&old) };
+        // SAFETY: the rows are ours.
+        unsafe { rate::update::<D, V>(sweep, dt, &chunk.gradient, volume, first, at, count) };
+    }
     if task.pace {
         // SAFETY: the rows are ours.
         let velocity = if task.kick.is_some() { velocity } else { unsafe { velocities::<D, V>(sweep, first, count) } };
         pace::<D, V>(sweep, first, count, &f, jacobian, &velocity, extremes);
     }
+    eight
+}
+
+/// A^-1 B.
+#[inline(always)]
+fn solved<const D: usize, V: Real>(a: &[[V; D]; D], b: &[[V; D]; D]) -> [[V; D]; D] {
+    let inverse = V::splat(1.0) / determinant(a);
+    let mut solved = [[V::splat(0.0); D]; D];
+    for r in 0..D {
+        for k in 0..D {
+            // cofactor of row k, column r
+            let cofactor = match D {
+                1 => V::splat(1.0),
+                2 if r == k => a[1 - k][1 - r],
+                2 => -a[1 - k][1 - r],
+                _ => {
+                    let (i, j, m, n) = ((k + 1) % 3, (k + 2) % 3, (r + 1) % 3, (r + 2) % 3);
+                    a[i][n].fnma(a[j][m], a[i][m] * a[j][n])
+                }
+            };
+            for c in 0..D {
+                solved[r][c] = cofactor.fma(b[k][c], solved[r][c]);
+            }
+        }
+        for c in 0..D {
+            solved[r][c] = solved[r][c] * inverse;
+        }
+    }
+    solved
 }
 
 /// Velocities of the particles from `first` on.
@@ -270,55 +340,62 @@ pub(super) fn determinant<const D: usize, V: Real>(f: &[[V; D]; D]) -> V {
     }
 }
 
-/// -V0 tau of `count` particles from `first` on, times `scale`, for the packets.
+/// -V0 tau of `count` particles from `first` on, the first of which is number `at` of the chunk, times `scale`.
 ///
 /// # Safety
 /// The rows are the caller's; there are at most [`LANES`].
 #[inline(always)]
 pub(super) unsafe fn stress<const D: usize, const W: usize, V: Real>(
     sweep: &Sweep,
-    plan: &Plan,
+    plan: &Plan<W>,
     scale: f64,
     relieved: &[bool],
+    eight: &Eight<V, D>,
     first: usize,
     at: usize,
     count: usize,
     chunk: &mut Chunk<W>,
-) {
+) -> [[V; D]; D] {
+    let mut stress = [[V::splat(0.0); D]; D];
     if !plan.stress_in_lanes || !relieved.is_empty() {
         for lane in 0..count {
             // SAFETY: the row is ours.
             unsafe { super::particle::stress::<D, W>(sweep, scale, relieved, first + lane, at + lane, chunk) };
         }
-        return;
-    }
-    let rows = &sweep.rows;
-    let mut f = [[V::splat(0.0); D]; D];
-    for r in 0..D {
-        for c in 0..D {
-            // SAFETY: the rows are ours.
-            f[r][c] = unsafe { V::load_some(rows.deformation.at(D * r + c, first), count) };
+        for r in 0..D {
+            for c in 0..D {
+                stress[r][c] = load(&chunk.force[r][c], at);
+            }
         }
+        return stress;
     }
-    // SAFETY: the rows are ours.
-    let weight = V::splat(-scale) * unsafe { V::load_some(rows.volume.as_ptr().add(first), count) };
+    // SAFETY: a number a particle.
+    let weight = V::splat(-scale) * unsafe { V::load_some(sweep.rows.volume.as_ptr().add(first), count) };
+    if plan.by_rate {
+        for r in 0..D {
+            for c in 0..D {
+                // SAFETY: the rows are ours.
+                stress[r][c] = weight * unsafe { V::load_some(sweep.rows.history.at(rate::COMPONENT[r][c], first), count) };
+            }
+        }
+        return stress;
+    }
+    let f = &eight.deformation;
     let (lambda, mu) = lame::<V>(sweep, first, count);
-    let pressure = lambda.fma(determinant(&f).ln(), -mu);
+    let pressure = lambda.fma(determinant(f).ln(), -mu);
     for r in 0..D {
         for c in r..D {
             let b = dot(&f[r], &f[c]);
-            let tau = weight * if r == c { mu.fma(b, pressure) } else { mu * b };
-            store(&mut chunk.force[r][c], at, tau);
-            if r != c {
-                store(&mut chunk.force[c][r], at, tau);
-            }
+            stress[r][c] = weight * if r == c { mu.fma(b, pressure) } else { mu * b };
+            stress[c][r] = stress[r][c];
         }
     }
+    stress
 }
 
 /// Lamé constants of the particles from `first` on.
 #[inline(always)]
-fn lame<V: Real>(sweep: &Sweep, first: usize, count: usize) -> (V, V) {
+pub(super) fn lame<V: Real>(sweep: &Sweep, first: usize, count: usize) -> (V, V) {
     let of = |material: &Material| (material.lame().lambda, material.lame().mu);
     if sweep.model.bodies.len() == 1 {
         let (lambda, mu) = of(&sweep.model.bodies[0].material);
