@@ -37,7 +37,7 @@
 //! | `basis` | shape functions along an axis, one file a family |
 //! | `quadrature` | Gauss points with fields reconstructed from the particles: along rows by splines, in cells by least squares |
 //! | `transfer` | particles to grid and back: the kernels, a sweep over the particles of a bin |
-//! | `lanes` | eight numbers at once: what kernels are made of, for AVX-512, AVX2 and any CPU |
+//! | `lanes`, `lines` | eight numbers at once: what kernels are made of, for AVX-512, AVX2 and any CPU; memory in whole lines of the cache |
 //! | `material` | one file a law, always 3x3; plane strain, plane stress and one dimension are embeddings, in one place |
 //! | `step` | ONE STEP of particles that move through a grid: one file a stage, named in running order; the stable step; measures |
 //! | `total` | ONE STEP of bodies on grids of their own (total Lagrangian), explicit and implicit |
@@ -55,7 +55,7 @@
 //!
 //! 1. `Scene`, `Model`, `State`, loads and scratch are separate. `save -> restore -> step` gives the same bytes (`tests/determinism.rs`).
 //! 2. The step reads like the algorithm box of the papers, and with lumped mass and particle quadrature it allocates nothing once its
-//!    buffers have grown (in the updated formulation), but for a report a bin and what a sort needs.
+//!    buffers have grown (in the updated formulation), but for what a sort needs, and a report a bin where threads share the work.
 //! 3. A material is 3x3 in, 3x3 out.
 //! 4. A choice becomes a type or a function pointer once, in `transfer::Kernels::new` and `total/rows/mod.rs`; inside a kernel dimension and width are constants.
 //! 5. Adapters see only [`component`]; nothing sees them. Names, units, shapes and docs of variables live in one list.
@@ -70,6 +70,7 @@
 //!   snapshot format. A grid node always has four lanes (mass and three axes), which is one vector register.
 //! - A step begins in the pass over the particles that ends the one before it, where nothing but particles gives to the grid (`Model::fuses`): each
 //!   particle is then loaded once a step. The length of a step is decided one ahead for that.
+//! - Particles of blocks of one colour are neighbours in memory (`grid/order.rs`): passes go colour by colour, and so from one end of memory to the other.
 //! - Loads hang on particles (`x = x_p + F_p d`) and act through the first-order expansion of the shape functions around their particle.
 //!   Force and moment are exact, no node without mass is ever loaded, and surface points need no state.
 //! - The stable step comes from the discrete operator of the scene by a few Lanczos steps (`step/limit.rs`), not from a Courant number:
@@ -109,6 +110,7 @@ mod draft;
 mod grid;
 mod implicit;
 mod lanes;
+mod lines;
 mod material;
 #[cfg(feature = "mcap")]
 pub mod messages;
