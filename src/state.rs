@@ -109,9 +109,13 @@ pub(crate) struct Bin {
 pub(crate) struct Order {
     /// Cells that a particle may have moved, at most, since the particles were sorted.
     pub(crate) drift: f64,
-    /// Runs of particles in one cell when they were sorted, or 0 where nobody has counted them yet.
+    /// Runs of particles in one cell when all were sorted, or 0 where nobody has counted them yet.
     pub(crate) sorted_runs: u64,
-    /// How many more there were since, summed over the steps.
+    /// The same when each bin was last sorted for itself.
+    pub(crate) tidy_runs: u64,
+    /// How many more there were since all were sorted than could be, summed over the steps.
+    pub(crate) lag: u64,
+    /// How many more there were since each bin was sorted than then, summed over the steps.
     pub(crate) excess: u64,
     /// Whether they are to be sorted before the next step.
     pub(crate) is_stale: bool,

@@ -13,7 +13,7 @@ pub(crate) struct Frame {
     pub(crate) low: [i32; 3],
     /// Tile nodes from one node to the next along slots 0 and 1; along slot 2 it is 1.
     pub(crate) stride: [usize; 2],
-    nodes: usize,
+    pub(crate) nodes: usize,
 }
 
 impl Frame {

@@ -47,16 +47,24 @@ impl Stepper {
             // a whole step leaves velocities that the next pass takes from the grid anew
             keep: model.needs.increment || update.strain.is_none() || update.kick.is_none() || coming.is_none(),
         };
+        // what is known of particles by their places in memory is known anew after the pass; body forces are not
+        let tidy = coming.is_some() && self.body_force.is_empty() && update.drift.is_some() && self.is_untidy(state);
         let scatter = coming.map(|what| ScatterTask { what, body_force: &[], relieved: &[] });
         let shared = super::worth_sharing(state);
-        let sweep = Sweep { model, rows: Rows::new(&mut state.particles), gather: Some(gather), scatter };
+        let sweep = Sweep { model, rows: Rows::new(&mut state.particles), gather: Some(gather), scatter, tidy };
         let report = super::pass::pass(&mut self.grid, &self.kernels, &state.bins, shared, &sweep);
         if let Some(fault) = report.fault {
             return Err(super::pass::error(model, state, fault));
         }
         self.has_sums = coming.is_some();
         if update.drift.is_some() {
-            self.look_back(state, &report);
+            self.look_back(state, &report, tidy);
+        }
+        if tidy {
+            self.lookup.clear();
+            if model.needs.lookup {
+                self.lookup(state);
+            }
         }
         if paces && update.strain.is_some() {
             state.pace = report.pace();

@@ -184,7 +184,7 @@ impl Operator<'_> {
         let gather = GatherTask { kick, strain, ..GatherTask::NOTHING };
         let Stepper { grid, kernels, .. } = &mut self.stepper;
         let rows = Rows::new(&mut self.state.particles);
-        pass(grid, kernels, &self.state.bins, shared, &Sweep { model: self.model, rows, gather: Some(gather), scatter: None });
+        pass(grid, kernels, &self.state.bins, shared, &Sweep { model: self.model, rows, gather: Some(gather), scatter: None, tidy: false });
     }
 
     /// Inner product of the strain energy: sum of V0 s : D^-1 : t.

@@ -8,8 +8,11 @@ use crate::model::Model;
 use crate::state::{Order, State};
 use crate::transfer::{Fault, FaultKind, SweepReport};
 
-/// Runs of particles in one cell that take as much time as sorting a particle. Sorting is worth its time once it would have saved as much.
+/// Runs of particles in one cell that take as much time as sorting a particle among all. Sorting is worth its time once it would have saved
+/// as much.
 const RUNS_A_SORT: f64 = 0.5;
+/// The same for sorting it within its bin.
+const RUNS_A_TIDY: f64 = 0.15;
 
 impl Stepper {
     /// Sorts the particles where their order does not fit the grid any more.
@@ -82,18 +85,26 @@ impl Stepper {
         let nodes = (model.axes[0].width() as f64).powi(model.dimension as i32);
         let mut reach = (0..model.dimension).map(|a| (fastest[a] + nodes * light[a]) * dt * model.axes[a].inverse_cell());
         let order = &mut state.order;
-        let is_ragged = order.excess as f64 > RUNS_A_SORT * state.particles.len() as f64;
+        let is_ragged = (order.lag + order.excess) as f64 > RUNS_A_SORT * state.particles.len() as f64;
         order.is_stale = is_ragged || !reach.all(|reach| order.drift + reach <= LARGEST_DRIFT);
     }
 
-    /// Notes how well the particles are in order after a pass in which they moved.
-    pub(super) fn look_back(&self, state: &mut State, report: &SweepReport) {
+    /// Whether sorting each bin for itself is worth its time.
+    pub(super) fn is_untidy(&self, state: &State) -> bool {
+        state.order.excess as f64 > RUNS_A_TIDY * state.particles.len() as f64
+    }
+
+    /// Notes how well the particles are in order after a pass in which they moved, before which each bin was sorted where it is `tidied`.
+    pub(super) fn look_back(&self, state: &mut State, report: &SweepReport, tidied: bool) {
         let order = &mut state.order;
         order.drift += report.way;
         if order.sorted_runs == 0 {
-            order.sorted_runs = report.runs;
+            (order.sorted_runs, order.tidy_runs) = (report.runs, report.runs);
+        } else if tidied {
+            (order.tidy_runs, order.excess) = (report.runs, 0);
         }
-        order.excess += report.runs.saturating_sub(order.sorted_runs);
+        order.lag += order.tidy_runs.saturating_sub(order.sorted_runs);
+        order.excess += report.runs.saturating_sub(order.tidy_runs);
     }
 
     fn check_places(&self, model: &Model, state: &State) -> Result<(), StepError> {

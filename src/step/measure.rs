@@ -99,7 +99,7 @@ impl Stepper {
         let shared = worth_sharing(state);
         let rows = Rows::new(&mut state.particles).with_velocity(velocity);
         let gather = GatherTask { kick: Some(kick), ..GatherTask::NOTHING };
-        pass(&mut self.grid, &self.kernels, &state.bins, shared, &Sweep { model, rows, gather: Some(gather), scatter: None });
+        pass(&mut self.grid, &self.kernels, &state.bins, shared, &Sweep { model, rows, gather: Some(gather), scatter: None, tidy: false });
     }
 
     /// A probe moves like the Taylor expansion of the grid velocity around its particle.

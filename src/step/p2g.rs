@@ -21,7 +21,7 @@ impl Stepper {
             relieved: self.integration.relieved(),
         };
         let shared = worth_sharing(state);
-        let sweep = Sweep { model, rows: Rows::new(&mut state.particles), gather: None, scatter: Some(scatter) };
+        let sweep = Sweep { model, rows: Rows::new(&mut state.particles), gather: None, scatter: Some(scatter), tidy: false };
         pass(&mut self.grid, &self.kernels, &state.bins, shared, &sweep);
         self.complete_sums(model, state, what)
     }

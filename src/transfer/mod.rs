@@ -16,6 +16,7 @@ mod scatter;
 mod stencil;
 mod sweep;
 mod task;
+mod tidy;
 mod update;
 
 pub(crate) use rows::Rows;

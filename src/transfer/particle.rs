@@ -68,7 +68,7 @@ pub(super) unsafe fn update<const D: usize, const W: usize>(
             report.way = report.way.max((motion[a] * sweep.model.axes[a].inverse_cell()).abs());
             position[a] += motion[a];
             let own = task.body_force.get(a).map_or(0.0, |b| b[p]);
-            report.work += rows.mass[p] * (task.gravity[a] + own) * motion[a];
+            report.work += unsafe { *rows.mass(p) } * (task.gravity[a] + own) * motion[a];
         }
         if position.iter().zip(&sweep.model.axes).all(|(&x, axis)| axis.holds(x)) {
             // SAFETY: row p is ours.
@@ -114,7 +114,7 @@ unsafe fn strain<const D: usize>(
     report: &mut SweepReport,
 ) -> Result<(), FaultKind> {
     let (rows, model) = (&sweep.rows, sweep.model);
-    let material = model.material(rows.body[p]);
+    let material = model.material(unsafe { rows.body(p) } as u16);
     // SAFETY: row p is ours.
     let (old, old_lateral) = unsafe { (rows.tensor::<D>(&rows.deformation, p), rows.lateral(p)) };
     let mut map = [[0.0; D]; D];
@@ -154,7 +154,7 @@ unsafe fn strain<const D: usize>(
     }
     if model.domains == Some(true) {
         for a in 0..D {
-            let half = model.bodies[rows.body[p] as usize].half[a] * new[a][a];
+            let half = model.bodies[unsafe { rows.body(p) }].half[a] * new[a][a];
             if !model.axes[a].fits(half) {
                 return Err(FaultKind::WideDomain(2.0 * half));
             }
@@ -175,7 +175,7 @@ unsafe fn strain<const D: usize>(
     if task.pace {
         // SAFETY: row p is ours.
         let velocity = unsafe { rows.vector::<D, 3>(&rows.velocity, p) };
-        let body = &model.bodies[rows.body[p] as usize];
+        let body = &model.bodies[unsafe { rows.body(p) }];
         let at_rest = material.lame().wave_modulus();
         report.stiffening = report.stiffening.max(material.wave_modulus(&f) / at_rest);
         report.speed = report.speed.max(velocity.iter().map(|v| v * v).sum::<f64>() * body.density / at_rest);
@@ -209,8 +209,8 @@ pub(super) unsafe fn stress<const D: usize, const W: usize>(
     // SAFETY: row p is ours.
     let (f, lateral, history) = unsafe { (rows.tensor::<D>(&rows.deformation, p), rows.lateral(p), rows.history(p)) };
     let is_relieved = !relieved.is_empty() && relieved[p];
-    let weight = if is_relieved { 0.0 } else { -scale * rows.volume[p] };
-    let tau = sweep.model.material(rows.body[p]).kirchhoff(&embed(&f, lateral), &history);
+    let weight = if is_relieved { 0.0 } else { -scale * unsafe { *rows.volume(p) } };
+    let tau = sweep.model.material(unsafe { rows.body(p) } as u16).kirchhoff(&embed(&f, lateral), &history);
     for r in 0..D {
         for c in 0..D {
             chunk.force[r][c].0[at] = weight * tau[(r, c)];

@@ -44,9 +44,10 @@ pub(crate) struct Rows<'a> {
     pub(crate) history: Columns<MAX_HISTORY>,
     history_width: usize,
     lateral: *mut f64,
-    pub(crate) mass: &'a [f64],
-    pub(crate) volume: &'a [f64],
-    pub(crate) body: &'a [u16],
+    mass: *mut f64,
+    volume: *mut f64,
+    body: *mut u16,
+    id: *mut u32,
     owner: PhantomData<&'a mut Particles>,
 }
 
@@ -66,9 +67,10 @@ impl<'a> Rows<'a> {
             history: Columns::new(&mut particles.history),
             history_width: particles.history.width(),
             lateral,
-            mass: &particles.mass,
-            volume: &particles.volume,
-            body: &particles.body,
+            mass: particles.mass.as_mut_ptr(),
+            volume: particles.volume.as_mut_ptr(),
+            body: particles.body.as_mut_ptr(),
+            id: particles.id.as_mut_ptr(),
             owner: PhantomData,
         }
     }
@@ -76,6 +78,65 @@ impl<'a> Rows<'a> {
     /// The same rows with the velocities of another table.
     pub(crate) fn with_velocity(self, velocity: &'a mut Table) -> Self {
         Self { velocity: Columns::new(velocity), ..self }
+    }
+
+    /// Mass of row `p` \[kg\], with those of the rows that follow behind it.
+    ///
+    /// # Safety
+    /// As the contract of [`Rows`] says.
+    #[inline(always)]
+    pub(crate) unsafe fn mass(&self, p: usize) -> *const f64 {
+        // SAFETY: the caller keeps the contract.
+        unsafe { self.mass.add(p) }
+    }
+
+    /// Volume of row `p` at time 0 \[m3\], with those of the rows that follow behind it.
+    ///
+    /// # Safety
+    /// As the contract of [`Rows`] says.
+    #[inline(always)]
+    pub(crate) unsafe fn volume(&self, p: usize) -> *const f64 {
+        // SAFETY: the caller keeps the contract.
+        unsafe { self.volume.add(p) }
+    }
+
+    /// Body of row `p`.
+    ///
+    /// # Safety
+    /// As the contract of [`Rows`] says.
+    #[inline(always)]
+    pub(crate) unsafe fn body(&self, p: usize) -> usize {
+        // SAFETY: the caller keeps the contract.
+        usize::from(unsafe { *self.body.add(p) })
+    }
+
+    /// Puts row `start + order[p]` at place `start + p`. Velocities and affine matrices stay where they are unless they are `kept`.
+    ///
+    /// # Safety
+    /// As the contract of [`Rows`] says; `order` holds the numbers below its length.
+    pub(super) unsafe fn permute(&self, model: &Model, start: usize, order: &[u32], kept: bool, spare: &mut Spare) {
+        let (d, tensor) = (model.dimension, model.dimension * model.dimension);
+        let affine = if kept && model.needs.affine { tensor } else { 0 };
+        let tables: [(&[*mut f64], usize); 5] = [
+            (&self.position.0, d),
+            (&self.deformation.0, tensor),
+            (&self.history.0, self.history_width),
+            (&self.velocity.0, if kept { d } else { 0 }),
+            (&self.affine.0, affine),
+        ];
+        // SAFETY: the caller keeps the contract.
+        unsafe {
+            for (columns, width) in tables {
+                columns[..width].iter().for_each(|column| permute(column.add(start), order, &mut spare.numbers));
+            }
+            if !self.lateral.is_null() {
+                permute(self.lateral.add(start), order, &mut spare.numbers);
+            }
+            permute(self.mass.add(start), order, &mut spare.numbers);
+            permute(self.volume.add(start), order, &mut spare.numbers);
+            permute(self.body.add(start), order, &mut spare.bodies);
+            permute(self.id.add(start), order, &mut spare.ids);
+        }
     }
 
     /// The first `D` numbers of row `p`.
@@ -103,7 +164,7 @@ impl<'a> Rows<'a> {
                 std::array::from_fn(|l: usize| {
                     // SAFETY: the caller keeps the contract.
                     let stretch = if follow { unsafe { *self.deformation.0[a * (D + 1)].add(row(l)) } } else { 1.0 };
-                    model.bodies[self.body[row(l)] as usize].half[a] * stretch
+                    model.bodies[unsafe { self.body(row(l)) }].half[a] * stretch
                 })
             }),
         };
@@ -198,5 +259,26 @@ impl<'a> Rows<'a> {
     pub(crate) unsafe fn set_lateral(&self, p: usize, value: f64) {
         // SAFETY: the caller keeps the contract.
         unsafe { *self.lateral.add(p) = value }
+    }
+}
+
+/// Memory of use to nobody between two calls.
+#[derive(Debug, Default)]
+pub(super) struct Spare {
+    numbers: Vec<f64>,
+    bodies: Vec<u16>,
+    ids: Vec<u32>,
+}
+
+/// Puts number `order[p]` at place p.
+///
+/// # Safety
+/// There are as many numbers as in `order`, which holds the numbers below its length.
+unsafe fn permute<T: Copy>(column: *mut T, order: &[u32], spare: &mut Vec<T>) {
+    spare.clear();
+    // SAFETY: the caller's promise.
+    unsafe {
+        spare.extend(order.iter().map(|&p| *column.add(p as usize)));
+        std::ptr::copy_nonoverlapping(spare.as_ptr(), column, order.len());
     }
 }

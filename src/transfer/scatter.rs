@@ -73,7 +73,7 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real>(
         functions::<D, W, V>(axes, &x, &half, third)
     };
     // SAFETY: a number a particle.
-    let mass = unsafe { V::load_some(rows.mass.as_ptr().add(first), count) };
+    let mass = unsafe { V::load_some(rows.mass(first), count) };
     let mut base = [zero; 4];
     if momentum {
         base[0] = mass;

@@ -5,6 +5,7 @@ use super::chunk::{CHUNK, Chunk, ChunkMemory, store};
 use super::gather::{gather, locate, places, share};
 use super::scatter::{Field, Source, add, pack};
 use super::task::{Plan, Sweep, SweepReport, What};
+use super::tidy::{Sorting, tidy};
 use super::update::{self, Eight};
 use crate::grid::{Frame, Site, Tile};
 use crate::lanes::{LANES, Real};
@@ -17,6 +18,7 @@ pub(crate) struct Scratch {
     /// Nodes that they give to.
     pub(crate) to: Tile,
     memory: ChunkMemory,
+    sorting: Sorting,
 }
 
 /// Carries out a sweep on the particles of a bin.
@@ -26,13 +28,17 @@ pub(crate) struct Scratch {
 #[inline(always)]
 pub(super) unsafe fn sweep<const D: usize, const W: usize, V: Real>(sweep: &Sweep, site: &Site, scratch: &mut Scratch) -> SweepReport {
     let plan = Plan::<W>::new(sweep);
-    let Scratch { from, to, memory } = scratch;
+    let Scratch { from, to, memory, sorting } = scratch;
     let chunk = memory.chunk::<W>();
     if let Some(task) = &sweep.gather {
         site.load(task.needs_force(), from);
     }
     if let Some(task) = &sweep.scatter {
         site.open(task.what == What::MassMomentumForce, to);
+    }
+    if sweep.tidy {
+        // SAFETY: the caller's promise.
+        unsafe { tidy::<D, W, V>(sweep, &plan, site, &from.frame, chunk, sorting) };
     }
     let (mut report, mut extremes) = (SweepReport::NOTHING, update::Extremes::<V>::none());
     let (mut first, end) = (site.bin.start as usize, site.bin.end as usize);

@@ -13,6 +13,8 @@ pub(crate) struct Sweep<'a> {
     pub(crate) rows: Rows<'a>,
     pub(crate) gather: Option<GatherTask<'a>>,
     pub(crate) scatter: Option<ScatterTask<'a>>,
+    /// Whether the particles of each bin are first sorted by cell.
+    pub(crate) tidy: bool,
 }
 
 /// What the particles take from the grid.

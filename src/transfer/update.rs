@@ -169,7 +169,7 @@ pub(super) unsafe fn update<const D: usize, const W: usize, V: Real>(
         }
         if task.work {
             // SAFETY: a number a particle.
-            let work = work * unsafe { V::load_some(rows.mass.as_ptr().add(first), count) };
+            let work = work * unsafe { V::load_some(rows.mass(first), count) };
             let mut of = Batch::default();
             work.store(&mut of);
             for lane in 0..count {
@@ -306,7 +306,7 @@ fn pace<const D: usize, V: Real>(
     let mut density = [sweep.model.bodies[0].density; LANES];
     if sweep.model.bodies.len() > 1 {
         for lane in 0..count {
-            density[lane] = sweep.model.bodies[sweep.rows.body[first + lane] as usize].density;
+            density[lane] = sweep.model.bodies[unsafe { sweep.rows.body(first + lane) }].density;
         }
     }
     let speed = dot(velocity, velocity) * V::load(&density) / at_rest;
@@ -370,7 +370,7 @@ pub(super) unsafe fn stress<const D: usize, const W: usize, V: Real>(
         return stress;
     }
     // SAFETY: a number a particle.
-    let weight = V::splat(-scale) * unsafe { V::load_some(sweep.rows.volume.as_ptr().add(first), count) };
+    let weight = V::splat(-scale) * unsafe { V::load_some(sweep.rows.volume(first), count) };
     if plan.by_rate {
         for r in 0..D {
             for c in 0..D {
@@ -404,7 +404,7 @@ pub(super) fn lame<V: Real>(sweep: &Sweep, first: usize, count: usize) -> (V, V)
     // lanes without a particle get what can be divided by
     let (mut lambda, mut mu) = ([1.0; LANES], [1.0; LANES]);
     for lane in 0..count {
-        (lambda[lane], mu[lane]) = of(sweep.model.material(sweep.rows.body[first + lane]));
+        (lambda[lane], mu[lane]) = of(sweep.model.material(unsafe { sweep.rows.body(first + lane) } as u16));
     }
     (V::load(&lambda), V::load(&mu))
 }
