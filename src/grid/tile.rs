@@ -42,6 +42,8 @@ pub(crate) struct Tile {
     pub(crate) frame: Frame,
     pub(crate) momentum: Nodes,
     pub(crate) force: Nodes,
+    /// Whether all of it is zero.
+    is_zero: bool,
 }
 
 /// A bin and its place in the grid.
@@ -67,24 +69,28 @@ unsafe impl Send for Sums {}
 unsafe impl Sync for Sums {}
 
 impl Site<'_> {
-    /// Makes `tile` cover what the bin touches, filled with zeros.
+    /// Makes `tile` cover what the bin touches, filled with zeros: as [`Site::add`] left it, if it did.
     #[inline(always)]
-    pub(crate) fn open(&self, with_force: bool, tile: &mut Tile) {
+    pub(crate) fn open(&self, tile: &mut Tile) {
         tile.frame = Frame::new(&self.grid.shape, self.bin);
-        for lanes in [&mut tile.momentum, &mut tile.force].into_iter().take(1 + usize::from(with_force)) {
+        for lanes in [&mut tile.momentum, &mut tile.force] {
             lanes.resize(tile.frame.nodes);
-            lanes.fill(Lanes::default());
+            if !tile.is_zero {
+                lanes.fill(Lanes::default());
+            }
         }
+        tile.is_zero = false;
     }
 
     /// Copies the nodes that the bin touches into `tile`.
     #[inline(always)]
     pub(crate) fn load(&self, with_force: bool, tile: &mut Tile) {
-        let Tile { frame, momentum, force } = tile;
+        let Tile { frame, momentum, force, is_zero } = tile;
         *frame = Frame::new(&self.grid.shape, self.bin);
+        // what particles do not touch may be anything
+        *is_zero = false;
         let fields = [(momentum, &self.grid.momentum), (force, &self.grid.force)];
         for (to, from) in fields.into_iter().take(1 + usize::from(with_force)) {
-            // what particles do not touch may be anything
             to.resize(frame.nodes);
             self.for_rows(frame, |row, node, length| {
                 let (to, _) = to[row..row + length].as_chunks_mut::<SOME>();
@@ -96,25 +102,28 @@ impl Site<'_> {
         }
     }
 
-    /// Adds `tile` to the nodes that the bin touches.
+    /// Adds `tile` to the nodes that the bin touches, and makes it zero while it is at hand.
     ///
     /// # Safety
     /// The sums are arrays of as many nodes as the grid has, and no other bin that is added at the same time touches a common node: true
     /// for bins of one colour.
     #[inline(always)]
-    pub(crate) unsafe fn add<V: Real>(&self, tile: &Tile) {
+    pub(crate) unsafe fn add<V: Real>(&self, tile: &mut Tile) {
         let Some(sums) = self.sums else { return };
-        for (to, from) in [(Some(sums.momentum), &tile.momentum), (sums.force, &tile.force)] {
+        let Tile { frame, momentum, force, is_zero } = tile;
+        for (to, from) in [(Some(sums.momentum), momentum), (sums.force, force)] {
             let Some(to) = to else { continue };
-            self.for_rows(&tile.frame, |row, node, length| {
+            self.for_rows(frame, |row, node, length| {
                 // two nodes at once, as everywhere an even number of them
-                let (from, _) = from[row..row + length].as_flattened().as_chunks::<LANES>();
-                for (pair, from) in from.iter().enumerate() {
+                let (from, _) = from[row..row + length].as_flattened_mut().as_chunks_mut::<LANES>();
+                for (pair, from) in from.iter_mut().enumerate() {
                     // SAFETY: rows lie within active blocks, so within the arrays; the caller keeps others away from them.
                     unsafe { V::load(from).add_to(to.add(node + 2 * pair).cast()) };
+                    V::splat(0.0).store(from);
                 }
             });
         }
+        *is_zero = true;
     }
 
     /// Calls `f(tile row, node row, length)` for each row of nodes of a block in which there is one that the bin touches.

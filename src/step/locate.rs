@@ -10,9 +10,9 @@ use crate::transfer::{Fault, FaultKind, SweepReport};
 
 /// Runs of particles in one cell that take as much time as sorting a particle among all. Sorting is worth its time once it would have saved
 /// as much.
-const RUNS_A_SORT: f64 = 0.5;
+const RUNS_A_SORT: f64 = 1.2;
 /// The same for sorting it within its bin.
-const RUNS_A_TIDY: f64 = 0.15;
+const RUNS_A_TIDY: f64 = 0.1;
 
 impl Stepper {
     /// Sorts the particles where their order does not fit the grid any more.

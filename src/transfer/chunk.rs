@@ -23,7 +23,7 @@ pub(super) struct Chunk<const W: usize> {
     pub(super) gradient: [[Column; 3]; 3],
     /// Affine matrix, by component and axis.
     pub(super) affine: [[Column; 3]; 3],
-    /// -V0 tau, times the kick where forces are merged with momenta.
+    /// -V0 tau, times the kick where forces are merged with momenta; at least that half of which the first number is not above the second.
     pub(super) force: [[Column; 3]; 3],
     pub(super) packets: [Packets<W>; CHUNK / LANES],
     /// The nodes of the cell that is taken from and of the next, in turns.
@@ -57,7 +57,7 @@ impl<const W: usize> Chunk<W> {
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 pub(super) struct Cell<const W: usize> {
-    /// By node of slots 0 and 1: two nodes along slot 2 each, then the middle one twice.
+    /// By node of slots 0 and 1: two of the others along slot 2 each, in their order; at the end the middle one twice.
     pub(super) rows: [[[Batch; 4]; W]; W],
 }
 

@@ -6,7 +6,7 @@ use super::task::{Plan, Sweep};
 use super::{Rows, nodes, stencil};
 use crate::basis::Third;
 use crate::grid::{Frame, Lanes, Tile};
-use crate::lanes::{Batch, LANES, Mask, Real};
+use crate::lanes::{LANES, Mask, Real};
 
 /// Takes the fields of the grid to `count` particles from `first` on, the first of which is number `at` of the chunk. All are in one cell,
 /// which is number `cell` of the chunk where they [`share`] it.
@@ -88,7 +88,7 @@ fn subtract<const D: usize, const W: usize, V: Real>(tile: &Tile, field: &[Lanes
     let stride = tile.frame.stride;
     let last = node + (nodes::<D, W>(0) - 1) * stride[0] + (nodes::<D, W>(1) - 1) * stride[1] + W;
     assert!(last <= field.len(), "a tile covers the stencils of its particles");
-    let middle = W / 2;
+    let (middle, pairs) = (W / 2, W / 2);
     let mut rows = [[[V::splat(0.0); 4]; W]; W];
     for i in 0..nodes::<D, W>(0) {
         for j in 0..nodes::<D, W>(1) {
@@ -97,19 +97,15 @@ fn subtract<const D: usize, const W: usize, V: Real>(tile: &Tile, field: &[Lanes
             let row = unsafe { &*field.as_ptr().add(start).cast::<[Lanes; W]>() };
             let of_middle = V::both(&row[middle]);
             rows[i][j][3] = of_middle;
-            for q in 0..W.div_ceil(2) {
-                let two = if 2 * q + 1 < W {
-                    // SAFETY: two nodes of the row.
-                    V::load(unsafe { &*row.as_ptr().add(2 * q).cast::<Batch>() })
-                } else {
-                    V::both(&row[2 * q])
-                };
-                rows[i][j][q] = two - of_middle;
+            for q in 0..pairs {
+                // of an odd number of others the last is alone
+                let (first, second) = (middle_first(2 * q + 1, middle), middle_first((2 * q + 2).min(W - 1), middle));
+                rows[i][j][q] = V::halves(&row[first], &row[second]) - of_middle;
             }
         }
     }
     for q in 0..4 {
-        if q == 3 || q < W.div_ceil(2) {
+        if q == 3 || q < pairs {
             for i in 0..nodes::<D, W>(0) {
                 for j in 0..nodes::<D, W>(1) {
                     if nodes::<D, W>(1) > 1 && j != middle {
@@ -129,7 +125,7 @@ fn subtract<const D: usize, const W: usize, V: Real>(tile: &Tile, field: &[Lanes
     for i in 0..nodes::<D, W>(0) {
         for j in 0..nodes::<D, W>(1) {
             for q in 0..4 {
-                if q == 3 || q < W.div_ceil(2) {
+                if q == 3 || q < pairs {
                     rows[i][j][q].store(&mut cell.rows[i][j][q]);
                 }
             }
@@ -161,7 +157,7 @@ fn interpolate_differences<const D: usize, const W: usize, V: Real, const GRADIE
             let (mut sum, mut sloped, mut turned) = (of_middle, zero, of_middle);
             for at_k in 1..W {
                 let k = middle_first(at_k, middle);
-                let difference = V::splat(row[k / 2][4 * (k % 2) + lane % 4]);
+                let difference = V::splat(row[(at_k - 1) / 2][4 * ((at_k - 1) % 2) + lane % 4]);
                 sum = f2.value[k].fma(difference, sum);
                 if GRADIENT || by_slope {
                     sloped = if at_k == 1 { f2.slope[k] * difference } else { f2.slope[k].fma(difference, sloped) };

@@ -4,6 +4,8 @@
 //! particles of one bin in one dense [`Tile`]. Dimension and width of the stencil are constants of the compiled kernel; which kernel
 //! runs is chosen once, in [`Kernels::new`], from the scene and from the CPU.
 //!
+//! A sweep may begin with `tidy`, which sorts the particles of the bin by cell.
+//!
 //! Sums over the stencil are carried out axis by axis: what is common to a row of nodes is computed once a row.
 
 mod chunk;

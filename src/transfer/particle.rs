@@ -8,12 +8,32 @@ use crate::material::{Increment, embed};
 /// al. 2021, the code of the authors).
 const NOT_COMPRESSED: f64 = 0.999;
 
-/// Velocity, position, deformation and stress history of particle `p`, number `at` of the chunk.
+/// Velocity, position, deformation and stress history of `count` particles from `first` on, the first of which is number `at` of the chunk.
+///
+/// # Safety
+/// The rows are the caller's.
+#[inline(never)]
+pub(super) unsafe fn update_some<const D: usize, const W: usize>(
+    sweep: &Sweep,
+    task: &GatherTask,
+    first: usize,
+    at: usize,
+    count: usize,
+    chunk: &mut Chunk<W>,
+    report: &mut SweepReport,
+) {
+    for lane in 0..count {
+        // SAFETY: the row is ours.
+        unsafe { update::<D, W>(sweep, task, first + lane, at + lane, chunk, report) };
+    }
+}
+
+/// The same for particle `p`, number `at` of the chunk.
 ///
 /// # Safety
 /// The row is the caller's.
 #[inline(always)]
-pub(super) unsafe fn update<const D: usize, const W: usize>(
+unsafe fn update<const D: usize, const W: usize>(
     sweep: &Sweep,
     task: &GatherTask,
     p: usize,
@@ -68,6 +88,7 @@ pub(super) unsafe fn update<const D: usize, const W: usize>(
             report.way = report.way.max((motion[a] * sweep.model.axes[a].inverse_cell()).abs());
             position[a] += motion[a];
             let own = task.body_force.get(a).map_or(0.0, |b| b[p]);
+            // SAFETY: row p is ours.
             report.work += unsafe { *rows.mass(p) } * (task.gravity[a] + own) * motion[a];
         }
         if position.iter().zip(&sweep.model.axes).all(|(&x, axis)| axis.holds(x)) {
@@ -114,6 +135,7 @@ unsafe fn strain<const D: usize>(
     report: &mut SweepReport,
 ) -> Result<(), FaultKind> {
     let (rows, model) = (&sweep.rows, sweep.model);
+    // SAFETY: row p is ours.
     let material = model.material(unsafe { rows.body(p) } as u16);
     // SAFETY: row p is ours.
     let (old, old_lateral) = unsafe { (rows.tensor::<D>(&rows.deformation, p), rows.lateral(p)) };
@@ -154,6 +176,7 @@ unsafe fn strain<const D: usize>(
     }
     if model.domains == Some(true) {
         for a in 0..D {
+            // SAFETY: row p is ours.
             let half = model.bodies[unsafe { rows.body(p) }].half[a] * new[a][a];
             if !model.axes[a].fits(half) {
                 return Err(FaultKind::WideDomain(2.0 * half));
@@ -175,6 +198,7 @@ unsafe fn strain<const D: usize>(
     if task.pace {
         // SAFETY: row p is ours.
         let velocity = unsafe { rows.vector::<D, 3>(&rows.velocity, p) };
+        // SAFETY: row p is ours.
         let body = &model.bodies[unsafe { rows.body(p) }];
         let at_rest = material.lame().wave_modulus();
         report.stiffening = report.stiffening.max(material.wave_modulus(&f) / at_rest);
@@ -192,24 +216,40 @@ fn inverse<const D: usize>(m: &[[f64; D]; D]) -> Option<[[f64; D]; D]> {
     Some(std::array::from_fn(|r| std::array::from_fn(|c| inverse[(r, c)])))
 }
 
-/// -V0 tau of particle `p`, times `scale`; zero where its stress is integrated elsewhere.
+/// -V0 tau of `count` particles from `first` on, the first of which is number `at` of the chunk, times `scale`; zero where their stress is
+/// integrated elsewhere.
+///
+/// # Safety
+/// The rows are the caller's.
+#[inline(never)]
+pub(super) unsafe fn stress_of_some<const D: usize, const W: usize>(
+    sweep: &Sweep,
+    scale: f64,
+    relieved: &[bool],
+    first: usize,
+    at: usize,
+    count: usize,
+    chunk: &mut Chunk<W>,
+) {
+    for lane in 0..count {
+        // SAFETY: the row is ours.
+        unsafe { stress::<D, W>(sweep, scale, relieved, first + lane, at + lane, chunk) };
+    }
+}
+
+/// The same for particle `p`, number `at` of the chunk.
 ///
 /// # Safety
 /// The row is the caller's.
 #[inline(always)]
-pub(super) unsafe fn stress<const D: usize, const W: usize>(
-    sweep: &Sweep,
-    scale: f64,
-    relieved: &[bool],
-    p: usize,
-    at: usize,
-    chunk: &mut Chunk<W>,
-) {
+unsafe fn stress<const D: usize, const W: usize>(sweep: &Sweep, scale: f64, relieved: &[bool], p: usize, at: usize, chunk: &mut Chunk<W>) {
     let rows = &sweep.rows;
     // SAFETY: row p is ours.
     let (f, lateral, history) = unsafe { (rows.tensor::<D>(&rows.deformation, p), rows.lateral(p), rows.history(p)) };
     let is_relieved = !relieved.is_empty() && relieved[p];
+    // SAFETY: row p is ours.
     let weight = if is_relieved { 0.0 } else { -scale * unsafe { *rows.volume(p) } };
+    // SAFETY: row p is ours.
     let tau = sweep.model.material(unsafe { rows.body(p) } as u16).kirchhoff(&embed(&f, lateral), &history);
     for r in 0..D {
         for c in 0..D {

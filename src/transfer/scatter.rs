@@ -3,9 +3,8 @@
 use super::chunk::{CHUNK, Chunk, load};
 use super::functions::{functions, inner_functions};
 use super::gather::{locate, places};
+use super::nodes;
 use super::task::{Plan, ScatterTask, Sweep};
-use super::update::Eight;
-use super::{nodes, update};
 use crate::basis::Third;
 use crate::grid::{Frame, Lanes, Tile};
 use crate::lanes::{LANES, Mask, Real};
@@ -27,6 +26,19 @@ pub(super) enum Source {
     Chunk,
 }
 
+/// The same for each node of up to six.
+macro_rules! each {
+    ($node:ident of $width:ident, $body:block) => {
+        each!($node of $width, $body, 0 1 2 3 4 5)
+    };
+    ($node:ident of $width:ident, $body:block, $($number:literal)*) => {
+        $(if $number < $width {
+            let $node = $number;
+            $body
+        })*
+    };
+}
+
 /// The middle node of a slot, whose e is minus the sum of the others.
 const fn middle(width: usize) -> usize {
     width / 2
@@ -37,13 +49,12 @@ const fn middle(width: usize) -> usize {
 /// # Safety
 /// The rows are the caller's; there are at most [`LANES`].
 #[inline(always)]
-pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real>(
+pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real, const AFFINE: bool, const STRESSED: bool>(
     sweep: &Sweep,
     task: &ScatterTask,
     plan: &Plan<W>,
     field: Field,
     source: Source,
-    eight: &Eight<V, D>,
     first: usize,
     at: usize,
     count: usize,
@@ -56,20 +67,14 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real>(
         super::What::Kicked(kick) => Some(kick),
         _ => None,
     };
-    let (affine, stressed) = (momentum && sweep.model.needs.affine, !momentum || kick.is_some());
-    let mut stress = [[zero; D]; D];
-    if stressed {
-        // SAFETY: the rows are ours.
-        stress = unsafe { update::stress::<D, W, V>(sweep, plan, kick.unwrap_or(1.0), task.relieved, eight, first, at, count, chunk) };
-    }
     // SAFETY: the rows are ours.
-    let xi = unsafe { locate::<D, W, V>(sweep, plan, &eight.position, first, at, count, frame, chunk) };
-    let third = if affine { Third::Arm } else { Third::Nothing };
+    let (x, half) = unsafe { places::<D, V>(sweep, first, count) };
+    // SAFETY: the rows are ours.
+    let xi = unsafe { locate::<D, W, V>(sweep, plan, &x, first, at, count, frame, chunk) };
+    let third = if AFFINE { Third::Arm } else { Third::Nothing };
     let lines = if chunk.outside[at % CHUNK / LANES] & ((1u32 << count) - 1) as Mask == 0 {
         inner_functions::<D, W, V>(&plan.tables, &xi, third)
     } else {
-        // SAFETY: the rows are ours.
-        let (x, half) = unsafe { places::<D, V>(sweep, first, count) };
         functions::<D, W, V>(axes, &x, &half, third)
     };
     // SAFETY: a number a particle.
@@ -86,7 +91,7 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real>(
             base[1 + a] = mass * velocity;
         }
     }
-    if stressed {
+    if STRESSED {
         for (a, of) in task.body_force.iter().enumerate() {
             // SAFETY: a number a particle.
             let force = mass * unsafe { V::load_some(of.as_ptr().add(first), count) };
@@ -98,13 +103,13 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real>(
         for node in 0..W {
             lines[slot].value[node].store(&mut chunk.packets[at % CHUNK / LANES].value[slot][node]);
         }
-        if !(affine || stressed) {
+        if !(AFFINE || STRESSED) {
             continue;
         }
         let axis = slot + D - 3;
         let (mut c, mut s) = ([zero; D], [zero; D]);
         for a in 0..D {
-            if affine {
+            if AFFINE {
                 c[a] = mass
                     * match source {
                         // SAFETY: the rows are ours, and there is an affine matrix.
@@ -112,24 +117,26 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real>(
                         Source::Chunk => load(&chunk.affine[a][axis], at),
                     };
             }
-            s[a] = stress[a][axis];
+            if STRESSED {
+                s[a] = load(&chunk.force[a.min(axis)][a.max(axis)], at);
+            }
         }
         let mut rest = [zero; 4];
-        for node in 0..W {
-            if node == middle(W) {
-                continue;
+        // one by one: a loop is left a loop, which reads the functions from memory
+        each!(node of W, {
+            if node != middle(W) {
+                let mut more = [zero; 4];
+                for a in 0..D {
+                    more[1 + a] = match (AFFINE, STRESSED) {
+                        (true, true) => lines[slot].third[node].fma(c[a], lines[slot].slope[node] * s[a]),
+                        (true, false) => lines[slot].third[node] * c[a],
+                        _ => lines[slot].slope[node] * s[a],
+                    };
+                    rest[1 + a] = rest[1 + a] - more[1 + a];
+                }
+                V::turn(more, &mut chunk.packets[at % CHUNK / LANES].more[slot][node]);
             }
-            let mut more = [zero; 4];
-            for a in 0..D {
-                more[1 + a] = match (affine, stressed) {
-                    (true, true) => lines[slot].third[node].fma(c[a], lines[slot].slope[node] * s[a]),
-                    (true, false) => lines[slot].third[node] * c[a],
-                    _ => lines[slot].slope[node] * s[a],
-                };
-                rest[1 + a] = rest[1 + a] - more[1 + a];
-            }
-            V::turn(more, &mut chunk.packets[at % CHUNK / LANES].more[slot][node]);
-        }
+        });
         if slot == 2 {
             V::turn(rest, &mut chunk.packets[at % CHUNK / LANES].more[slot][middle(W)]);
         }

@@ -33,8 +33,8 @@ pub(super) unsafe fn sweep<const D: usize, const W: usize, V: Real>(sweep: &Swee
     if let Some(task) = &sweep.gather {
         site.load(task.needs_force(), from);
     }
-    if let Some(task) = &sweep.scatter {
-        site.open(task.what == What::MassMomentumForce, to);
+    if sweep.scatter.is_some() {
+        site.open(to);
     }
     if sweep.tidy {
         // SAFETY: the caller's promise.
@@ -48,7 +48,12 @@ pub(super) unsafe fn sweep<const D: usize, const W: usize, V: Real>(sweep: &Swee
         // SAFETY: the caller's promise.
         unsafe {
             report.runs += take::<D, W, V>(sweep, &plan, first, count, from, chunk);
-            renew::<D, W, V>(sweep, &plan, first, count, &to.frame, chunk, &mut extremes, &mut report);
+            let stressed = sweep.scatter.is_some_and(|task| task.what != What::MassMomentum);
+            if stressed {
+                renew::<D, W, V, true>(sweep, &plan, first, count, chunk, &mut extremes, &mut report);
+            } else {
+                renew::<D, W, V, false>(sweep, &plan, first, count, chunk, &mut extremes, &mut report);
+            }
             give::<D, W, V>(sweep, &plan, first, count, to, chunk);
         }
         first += count;
@@ -134,22 +139,20 @@ unsafe fn take_fields<const D: usize, const W: usize, V: Real, const GRADIENT: b
     runs
 }
 
-/// Updates the particles of a chunk, and makes packets of what they give to the grid first.
+/// Updates the particles of a chunk, with the stresses that go with their momenta.
 ///
 /// # Safety
 /// As [`super::Kernels::sweep`].
 #[inline(always)]
-unsafe fn renew<const D: usize, const W: usize, V: Real>(
+unsafe fn renew<const D: usize, const W: usize, V: Real, const STRESSED: bool>(
     sweep: &Sweep,
     plan: &Plan<W>,
     first: usize,
     count: usize,
-    frame: &Frame,
     chunk: &mut Chunk<W>,
     extremes: &mut update::Extremes<V>,
     report: &mut SweepReport,
 ) {
-    let source = if sweep.gather.is_some_and(|gather| !gather.keep) { Source::Chunk } else { Source::Rows };
     let mut at = 0;
     while at < count {
         let (row, lanes) = (first + at, LANES.min(count - at));
@@ -159,15 +162,39 @@ unsafe fn renew<const D: usize, const W: usize, V: Real>(
                 Some(task) => update::update::<D, W, V>(sweep, task, plan, row, at, lanes, chunk, extremes, report),
                 None => Eight::load(sweep, row, lanes),
             };
-            if let Some(task) = &sweep.scatter {
-                pack::<D, W, V>(sweep, task, plan, Field::Momentum, source, &eight, row, at, lanes, frame, chunk);
+            if STRESSED {
+                update::stress::<D, W, V>(sweep, plan, &eight, row, at, lanes, chunk);
             }
         }
         at += LANES;
     }
 }
 
-/// Adds the packets of the particles of a chunk to the tile, and then those of forces, where they have a field of their own.
+/// Makes packets of what the particles of a chunk give to the grid.
+///
+/// # Safety
+/// As [`super::Kernels::sweep`].
+#[inline(always)]
+unsafe fn pack_all<const D: usize, const W: usize, V: Real, const AFFINE: bool, const STRESSED: bool>(
+    sweep: &Sweep,
+    plan: &Plan<W>,
+    field: Field,
+    first: usize,
+    count: usize,
+    frame: &Frame,
+    chunk: &mut Chunk<W>,
+) {
+    let Some(task) = &sweep.scatter else { return };
+    let source = if sweep.gather.is_some_and(|gather| !gather.keep) { Source::Chunk } else { Source::Rows };
+    let mut at = 0;
+    while at < count {
+        // SAFETY: the caller's promise.
+        unsafe { pack::<D, W, V, AFFINE, STRESSED>(sweep, task, plan, field, source, first + at, at, LANES.min(count - at), frame, chunk) };
+        at += LANES;
+    }
+}
+
+/// The particles of a chunk give to the tile; forces apart, where they have a field of their own.
 ///
 /// # Safety
 /// As [`super::Kernels::sweep`].
@@ -181,23 +208,25 @@ unsafe fn give<const D: usize, const W: usize, V: Real>(
     chunk: &mut Chunk<W>,
 ) {
     let Some(task) = &sweep.scatter else { return };
-    if sweep.model.needs.affine || matches!(task.what, What::Kicked(_)) {
+    let (affine, kicked) = (sweep.model.needs.affine, matches!(task.what, What::Kicked(_)));
+    let frame = to.frame;
+    // SAFETY: the caller's promise.
+    unsafe {
+        match (affine, kicked) {
+            (false, false) => pack_all::<D, W, V, false, false>(sweep, plan, Field::Momentum, first, count, &frame, chunk),
+            (false, true) => pack_all::<D, W, V, false, true>(sweep, plan, Field::Momentum, first, count, &frame, chunk),
+            (true, false) => pack_all::<D, W, V, true, false>(sweep, plan, Field::Momentum, first, count, &frame, chunk),
+            (true, true) => pack_all::<D, W, V, true, true>(sweep, plan, Field::Momentum, first, count, &frame, chunk),
+        }
+    }
+    if affine || kicked {
         add::<D, W, V, true>(chunk, count, to, Field::Momentum);
     } else {
         add::<D, W, V, false>(chunk, count, to, Field::Momentum);
     }
-    if task.what != What::MassMomentumForce {
-        return;
-    }
-    let mut at = 0;
-    while at < count {
-        let (row, lanes) = (first + at, LANES.min(count - at));
+    if task.what == What::MassMomentumForce {
         // SAFETY: the caller's promise.
-        unsafe {
-            let eight = Eight::load(sweep, row, lanes);
-            pack::<D, W, V>(sweep, task, plan, Field::Force, Source::Rows, &eight, row, at, lanes, &to.frame, chunk);
-        }
-        at += LANES;
+        unsafe { pack_all::<D, W, V, false, true>(sweep, plan, Field::Force, first, count, &frame, chunk) };
+        add::<D, W, V, true>(chunk, count, to, Field::Force);
     }
-    add::<D, W, V, true>(chunk, count, to, Field::Force);
 }

@@ -1,8 +1,8 @@
 //! The update of the particles from what they took from the grid: eight at a time, where that is worth it.
 
 use super::chunk::{Chunk, load, store};
-use super::rate;
-use super::task::{Fault, FaultKind, GatherTask, Plan, Sweep, SweepReport};
+use super::task::{Fault, FaultKind, GatherTask, Plan, Sweep, SweepReport, What};
+use super::{particle, rate};
 use crate::lanes::{Batch, LANES, Mask, Real};
 use crate::material::Material;
 
@@ -11,6 +11,7 @@ pub(super) struct Extremes<V> {
     way: V,
     stiffening: V,
     speed: V,
+    work: V,
 }
 
 impl<V: Real> Extremes<V> {
@@ -18,17 +19,19 @@ impl<V: Real> Extremes<V> {
     #[inline(always)]
     pub(super) fn none() -> Self {
         let zero = V::splat(0.0);
-        Self { way: zero, stiffening: zero, speed: zero }
+        Self { way: zero, stiffening: zero, speed: zero, work: zero }
     }
 
     /// Tells the report.
     #[inline(always)]
     pub(super) fn report(&self, report: &mut SweepReport) {
-        let (mut way, mut stiffening, mut speed) = (Batch::default(), Batch::default(), Batch::default());
+        let (mut way, mut stiffening, mut speed, mut work) = (Batch::default(), Batch::default(), Batch::default(), Batch::default());
         self.way.store(&mut way);
         self.stiffening.store(&mut stiffening);
         self.speed.store(&mut speed);
+        self.work.store(&mut work);
         for lane in 0..LANES {
+            report.work += work[lane];
             report.way = report.way.max(way[lane]);
             report.stiffening = report.stiffening.max(stiffening[lane]);
             report.speed = report.speed.max(speed[lane]);
@@ -82,12 +85,11 @@ pub(super) unsafe fn update<const D: usize, const W: usize, V: Real>(
     report: &mut SweepReport,
 ) -> Eight<V, D> {
     if !plan.update_in_lanes {
-        for lane in 0..count {
-            // SAFETY: the row is ours.
-            unsafe { super::particle::update::<D, W>(sweep, task, first + lane, at + lane, chunk, report) };
-        }
         // SAFETY: the rows are ours.
-        return unsafe { Eight::load(sweep, first, count) };
+        return unsafe {
+            particle::update_some::<D, W>(sweep, task, first, at, count, chunk, report);
+            Eight::load(sweep, first, count)
+        };
     }
     let rows = &sweep.rows;
     // SAFETY: the rows are ours.
@@ -170,11 +172,7 @@ pub(super) unsafe fn update<const D: usize, const W: usize, V: Real>(
         if task.work {
             // SAFETY: a number a particle.
             let work = work * unsafe { V::load_some(rows.mass(first), count) };
-            let mut of = Batch::default();
-            work.store(&mut of);
-            for lane in 0..count {
-                report.work += of[lane];
-            }
+            extremes.work = extremes.work + work.select(all, V::splat(0.0));
         }
     }
     let Some(dt) = task.strain else { return eight };
@@ -340,7 +338,8 @@ pub(super) fn determinant<const D: usize, V: Real>(f: &[[V; D]; D]) -> V {
     }
 }
 
-/// -V0 tau of `count` particles from `first` on, the first of which is number `at` of the chunk, times `scale`.
+/// -V0 tau of `count` particles from `first` on, the first of which is number `at` of the chunk, times the kick where forces are merged with
+/// momenta. It is symmetric: one half is enough.
 ///
 /// # Safety
 /// The rows are the caller's; there are at most [`LANES`].
@@ -348,37 +347,30 @@ pub(super) fn determinant<const D: usize, V: Real>(f: &[[V; D]; D]) -> V {
 pub(super) unsafe fn stress<const D: usize, const W: usize, V: Real>(
     sweep: &Sweep,
     plan: &Plan<W>,
-    scale: f64,
-    relieved: &[bool],
     eight: &Eight<V, D>,
     first: usize,
     at: usize,
     count: usize,
     chunk: &mut Chunk<W>,
-) -> [[V; D]; D] {
-    let mut stress = [[V::splat(0.0); D]; D];
-    if !plan.stress_in_lanes || !relieved.is_empty() {
-        for lane in 0..count {
-            // SAFETY: the row is ours.
-            unsafe { super::particle::stress::<D, W>(sweep, scale, relieved, first + lane, at + lane, chunk) };
-        }
-        for r in 0..D {
-            for c in 0..D {
-                stress[r][c] = load(&chunk.force[r][c], at);
-            }
-        }
-        return stress;
+) {
+    let Some(task) = &sweep.scatter else { return };
+    let scale = if let What::Kicked(kick) = task.what { kick } else { 1.0 };
+    if !plan.stress_in_lanes || !task.relieved.is_empty() {
+        // SAFETY: the rows are ours.
+        unsafe { particle::stress_of_some::<D, W>(sweep, scale, task.relieved, first, at, count, chunk) };
+        return;
     }
     // SAFETY: a number a particle.
     let weight = V::splat(-scale) * unsafe { V::load_some(sweep.rows.volume(first), count) };
     if plan.by_rate {
         for r in 0..D {
-            for c in 0..D {
+            for c in r..D {
                 // SAFETY: the rows are ours.
-                stress[r][c] = weight * unsafe { V::load_some(sweep.rows.history.at(rate::COMPONENT[r][c], first), count) };
+                let tau = unsafe { V::load_some(sweep.rows.history.at(rate::COMPONENT[r][c], first), count) };
+                store(&mut chunk.force[r][c], at, weight * tau);
             }
         }
-        return stress;
+        return;
     }
     let f = &eight.deformation;
     let (lambda, mu) = lame::<V>(sweep, first, count);
@@ -386,11 +378,10 @@ pub(super) unsafe fn stress<const D: usize, const W: usize, V: Real>(
     for r in 0..D {
         for c in r..D {
             let b = dot(&f[r], &f[c]);
-            stress[r][c] = weight * if r == c { mu.fma(b, pressure) } else { mu * b };
-            stress[c][r] = stress[r][c];
+            let tau = if r == c { mu.fma(b, pressure) } else { mu * b };
+            store(&mut chunk.force[r][c], at, weight * tau);
         }
     }
-    stress
 }
 
 /// Lamé constants of the particles from `first` on.
