@@ -1,7 +1,7 @@
 //! The method of a scene in words.
 
 use crate::model::{MassRule, Model};
-use crate::scene::{Basis, Domain, Integrator, MassSolver, Method, Quadrature, Scene, Transfer};
+use crate::scene::{Basis, Domain, Integrator, MassSolver, Method, Precision, Quadrature, Scene, Transfer};
 
 pub(super) fn basis(scene: &Scene) -> String {
     let method = &scene.method;
@@ -28,7 +28,7 @@ pub(super) fn quadrature(method: &Method) -> String {
 }
 
 pub(super) fn transfer(model: &Model) -> String {
-    match model.transfer {
+    let name = match model.transfer {
         _ if model.total => "none: velocity stays on the nodes".into(),
         Transfer::Pic => "PIC".into(),
         Transfer::Apic => "APIC".into(),
@@ -37,7 +37,8 @@ pub(super) fn transfer(model: &Model) -> String {
         }
         Transfer::Flip if model.flip_share == 1.0 => "FLIP".into(),
         Transfer::Flip => format!("FLIP {} %, PIC the rest", 100.0 * model.flip_share),
-    }
+    };
+    if model.precision == Precision::Single { name + ", in single precision" } else { name }
 }
 
 pub(super) fn integrator(integrator: Integrator) -> &'static str {

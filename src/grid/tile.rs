@@ -1,7 +1,7 @@
 //! The dense copy of the nodes that a bin touches, on which kernels work.
 
 use super::{BlockShape, Grid, Lanes, NONE, Nodes};
-use crate::lanes::{LANES, Real};
+use crate::lanes::{LANES, Wide};
 use crate::state::Bin;
 
 /// Nodes copied at once.
@@ -108,7 +108,7 @@ impl Site<'_> {
     /// The sums are arrays of as many nodes as the grid has, and no other bin that is added at the same time touches a common node: true
     /// for bins of one colour.
     #[inline(always)]
-    pub(crate) unsafe fn add<V: Real>(&self, tile: &mut Tile) {
+    pub(crate) unsafe fn add<V: Wide>(&self, tile: &mut Tile) {
         let Some(sums) = self.sums else { return };
         let Tile { frame, momentum, force, is_zero } = tile;
         for (to, from) in [(Some(sums.momentum), momentum), (sums.force, force)] {
@@ -118,8 +118,8 @@ impl Site<'_> {
                 let (from, _) = from[row..row + length].as_flattened_mut().as_chunks_mut::<LANES>();
                 for (pair, from) in from.iter_mut().enumerate() {
                     // SAFETY: rows lie within active blocks, so within the arrays; the caller keeps others away from them.
-                    unsafe { V::load(from).add_to(to.add(node + 2 * pair).cast()) };
-                    V::splat(0.0).store(from);
+                    unsafe { V::load_eight(from).add_to(to.add(node + 2 * pair).cast(), 2) };
+                    V::splat(0.0).store_lanes(from);
                 }
             });
         }

@@ -1,6 +1,6 @@
-//! Eight numbers at once: one source of each kernel, compiled for AVX-512, for AVX2 with FMA, and for any CPU.
+//! Eight numbers at once, or sixteen in single precision: one source of each kernel, compiled for AVX-512, for AVX2 with FMA, and for any CPU.
 //!
-//! Which of them runs is asked of the CPU once, in [`Instructions::of_this_cpu`]. A kernel is generic over [`Real`] and called through a
+//! Which of them runs is asked of the CPU once, in [`Instructions::of_this_cpu`]. A kernel is generic over [`Real`] and its [`Wide`] and called through a
 //! function that is compiled for the instructions: everything below it must be inlined there, so it is `#[inline(always)]` and made of
 //! plain loops. Closures, and `map` and `from_fn` of arrays of lanes, are functions of their own, which do not inherit the instructions of
 //! their caller: kernels do without.
@@ -11,24 +11,50 @@
 mod plain;
 #[cfg(target_arch = "x86_64")]
 mod x86;
+#[cfg(target_arch = "x86_64")]
+mod x86_single;
 
-pub(crate) use plain::Plain;
+pub(crate) use plain::{Plain, PlainSingle};
 #[cfg(target_arch = "x86_64")]
 pub(crate) use x86::{Avx2, Avx512};
+#[cfg(target_arch = "x86_64")]
+pub(crate) use x86_single::{Avx2Single, Avx512Single};
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Numbers worked on at once.
+/// Numbers worked on at once in double precision.
 pub(crate) const LANES: usize = 8;
 
+/// The most that are worked on at once.
+pub(crate) const MOST_LANES: usize = 16;
+
 /// One number a lane, in memory.
-pub(crate) type Batch = [f64; LANES];
+pub(crate) type Batch<N = f64> = [N; LANES];
 
 /// Four numbers of a node: mass (or nothing), then one an axis.
-pub(crate) type Quad = [f64; 4];
+pub(crate) type Quad<N = f64> = [N; 4];
 
 /// Lanes of which something is true, a bit each, the first lane the lowest.
 pub(crate) type Mask = u8;
+
+/// Single or double precision.
+pub(crate) trait Number: Copy + Default + Into<f64> {
+    fn of(x: f64) -> Self;
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn of(x: f64) -> Self {
+        x
+    }
+}
+
+impl Number for f32 {
+    #[inline(always)]
+    fn of(x: f64) -> Self {
+        x as f32
+    }
+}
 
 /// Instruction sets that kernels are compiled for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,13 +90,62 @@ impl Instructions {
     }
 }
 
-/// Eight numbers, one a lane. Two nodes with a [`Quad`] each are eight numbers too: the lower and the upper half.
-pub(crate) trait Real:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
-{
+/// Numbers, one a lane: eight, or sixteen in single precision where a register holds them. Nodes in a row with a [`Quad`] each are numbers too.
+pub(crate) trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self> {
+    type Number: Number;
+    /// Eight lanes in double precision.
+    type Wide: Wide;
+    /// A number a lane, in memory.
+    type Lanes: Copy + AsRef<[Self::Number]>;
+    /// A quad a lane, in memory.
+    type Quads: Copy + AsRef<[Quad<Self::Number>]>;
+    /// Lanes in eights.
+    const EIGHTS: usize;
+    /// Nodes in a row: four lanes each.
+    const NODES: usize = 2 * Self::EIGHTS;
+    const LANES: usize = LANES * Self::EIGHTS;
+
+    /// The same number in all lanes.
     fn splat(x: f64) -> Self;
-    fn load(from: &Batch) -> Self;
-    fn store(self, to: &mut Batch);
+    /// The same number in all lanes, from memory.
+    fn all(x: Self::Number) -> Self;
+    /// # Safety
+    /// As many numbers as there are lanes may be read.
+    unsafe fn load(from: *const Self::Number) -> Self;
+    /// # Safety
+    /// As many numbers as there are lanes may be written.
+    unsafe fn store(self, to: *mut Self::Number);
+    fn store_lanes(self, to: &mut Self::Lanes);
+
+    /// Lanes of one eight after the other; those of one that is not there are not looked at.
+    fn join(eights: [Self::Wide; 2]) -> Self;
+    fn load_eight(from: &Batch<Self::Number>) -> Self::Wide;
+    fn store_eight(eight: Self::Wide, to: &mut Batch<Self::Number>);
+
+    /// `self * b + c`, rounded once where the CPU can.
+    fn fma(self, b: Self, c: Self) -> Self;
+    /// `c - self * b`, rounded once where the CPU can.
+    fn fnma(self, b: Self, c: Self) -> Self;
+
+    /// The same quad at all nodes of a row.
+    fn at_all(quad: &Quad<Self::Number>) -> Self;
+    /// A quad a node of a row, of which there may be fewer than there is room for.
+    fn at_each<const N: usize>(quads: [&Quad<Self::Number>; N]) -> Self;
+    /// The same number in all lanes of a node, for each node of a row, of which there may be fewer than there is room for.
+    fn spread<const N: usize>(numbers: [Self::Number; N]) -> Self;
+    /// Adds the first `count` nodes of a row to nodes in double precision.
+    ///
+    /// # Safety
+    /// Four numbers a node may be read and written.
+    unsafe fn add_to(self, to: *mut f64, count: usize);
+    /// Turns four fields with a lane a particle into a quad a particle, that of lane l at [`Real::slot`] of l.
+    fn turn(fields: [Self; 4], to: &mut Self::Quads);
+    /// Where [`Real::turn`] puts a lane.
+    fn slot(lane: usize) -> usize;
+}
+
+/// Eight numbers in double precision, with what only particles need.
+pub(crate) trait Wide: Real<Number = f64, Wide = Self, Lanes = Batch, Quads = [Quad; LANES]> + Div<Output = Self> {
     /// The first lane.
     fn first(self) -> f64;
 
@@ -86,10 +161,6 @@ pub(crate) trait Real:
     /// `count` numbers at `to` may be written; `count` is at most [`LANES`].
     unsafe fn store_some(self, to: *mut f64, count: usize);
 
-    /// `self * b + c`, rounded once where the CPU can.
-    fn fma(self, b: Self, c: Self) -> Self;
-    /// `c - self * b`, rounded once where the CPU can.
-    fn fnma(self, b: Self, c: Self) -> Self;
     fn floor(self) -> Self;
     fn max(self, other: Self) -> Self;
     fn min(self, other: Self) -> Self;
@@ -106,27 +177,6 @@ pub(crate) trait Real:
 
     /// Mantissa in \[0.75, 1.5) and exponent to base 2 of positive numbers.
     fn split(self) -> (Self, Self);
-
-    /// The same quad in both halves.
-    fn both(quad: &Quad) -> Self;
-    /// `a` in the lower half, `b` in the upper.
-    fn halves(a: &Quad, b: &Quad) -> Self;
-    /// `a` in all of the lower half, `b` in all of the upper.
-    fn pair(a: f64, b: f64) -> Self;
-    /// Adds the lower half to a node.
-    ///
-    /// # Safety
-    /// Four numbers at `to` may be read and written.
-    unsafe fn add_lower_to(self, to: *mut f64);
-    /// Adds both halves to two nodes in a row.
-    ///
-    /// # Safety
-    /// Eight numbers at `to` may be read and written.
-    unsafe fn add_to(self, to: *mut f64);
-    /// Turns four fields with a lane a particle into a quad a particle, that of lane l at [`Real::slot`] of l.
-    fn turn(fields: [Self; 4], to: &mut [Quad; LANES]);
-    /// Where [`Real::turn`] puts a lane.
-    fn slot(lane: usize) -> usize;
 
     /// Natural logarithm of positive numbers: ln x = e ln 2 + 2 artanh((m - 1) / (m + 1)), the series to its 12th term, whose remainder is
     /// below the round-off as |(m - 1) / (m + 1)| <= 1/5. Terms are summed in pairs and pairs of pairs, so that few wait for others.

@@ -3,17 +3,17 @@
 //! Only kernels compiled for these instructions use the types below, and those run only on CPUs that have them: that makes every intrinsic
 //! here safe to call.
 
-use super::{Batch, LANES, Mask, Quad, Real};
+use super::{Batch, LANES, Mask, Quad, Real, Wide};
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Eight numbers in one register; for AVX-512 F, DQ and VL.
 #[derive(Clone, Copy)]
-pub(crate) struct Avx512(__m512d);
+pub(crate) struct Avx512(pub(super) __m512d);
 
 /// Eight numbers in two registers; for AVX2 and FMA.
 #[derive(Clone, Copy)]
-pub(crate) struct Avx2(__m256d, __m256d);
+pub(crate) struct Avx2(pub(super) __m256d, pub(super) __m256d);
 
 macro_rules! operators {
     ($($trait:ident $name:ident $one:ident $two:ident)*) => {$(
@@ -71,21 +71,116 @@ fn first(count: usize) -> Mask {
 
 // SAFETY of every block below: see the top of the file; pointers are good by the promise of the caller or come from references.
 impl Real for Avx512 {
+    type Number = f64;
+    type Wide = Self;
+    type Lanes = Batch;
+    type Quads = [Quad; LANES];
+    const EIGHTS: usize = 1;
     #[inline(always)]
     fn splat(x: f64) -> Self {
         // SAFETY: as above.
         Self(unsafe { _mm512_set1_pd(x) })
     }
     #[inline(always)]
-    fn load(from: &Batch) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm512_loadu_pd(from.as_ptr()) })
+    fn all(x: f64) -> Self {
+        Self::splat(x)
     }
     #[inline(always)]
-    fn store(self, to: &mut Batch) {
+    unsafe fn load(from: *const f64) -> Self {
         // SAFETY: as above.
-        unsafe { _mm512_storeu_pd(to.as_mut_ptr(), self.0) }
+        Self(unsafe { _mm512_loadu_pd(from) })
     }
+    #[inline(always)]
+    unsafe fn store(self, to: *mut f64) {
+        // SAFETY: as above.
+        unsafe { _mm512_storeu_pd(to, self.0) }
+    }
+    #[inline(always)]
+    fn store_lanes(self, to: &mut Batch) {
+        // SAFETY: eight numbers.
+        unsafe { self.store(to.as_mut_ptr()) }
+    }
+    #[inline(always)]
+    fn join([eight, _]: [Self; 2]) -> Self {
+        eight
+    }
+    #[inline(always)]
+    fn load_eight(from: &Batch) -> Self {
+        // SAFETY: eight numbers.
+        unsafe { Self::load(from.as_ptr()) }
+    }
+    #[inline(always)]
+    fn store_eight(eight: Self, to: &mut Batch) {
+        eight.store_lanes(to);
+    }
+    #[inline(always)]
+    fn fma(self, b: Self, c: Self) -> Self {
+        // SAFETY: as above.
+        Self(unsafe { _mm512_fmadd_pd(self.0, b.0, c.0) })
+    }
+    #[inline(always)]
+    fn fnma(self, b: Self, c: Self) -> Self {
+        // SAFETY: as above.
+        Self(unsafe { _mm512_fnmadd_pd(self.0, b.0, c.0) })
+    }
+    #[inline(always)]
+    fn at_all(quad: &Quad) -> Self {
+        // SAFETY: as above.
+        Self(unsafe { _mm512_broadcast_f64x4(_mm256_loadu_pd(quad.as_ptr())) })
+    }
+    #[inline(always)]
+    fn at_each<const N: usize>(quads: [&Quad; N]) -> Self {
+        if N == 1 {
+            return Self::at_all(quads[0]);
+        }
+        // SAFETY: as above.
+        unsafe {
+            let low = _mm512_castpd256_pd512(_mm256_loadu_pd(quads[0].as_ptr()));
+            Self(_mm512_insertf64x4::<1>(low, _mm256_loadu_pd(quads[1].as_ptr())))
+        }
+    }
+    #[inline(always)]
+    fn spread<const N: usize>(numbers: [f64; N]) -> Self {
+        if N == 1 {
+            return Self::splat(numbers[0]);
+        }
+        // SAFETY: as above.
+        Self(unsafe { _mm512_mask_blend_pd(0xf0, _mm512_set1_pd(numbers[0]), _mm512_set1_pd(numbers[1])) })
+    }
+    #[inline(always)]
+    unsafe fn add_to(self, to: *mut f64, count: usize) {
+        // SAFETY: as above.
+        unsafe {
+            if count == 1 {
+                _mm256_storeu_pd(to, _mm256_add_pd(_mm256_loadu_pd(to), _mm512_castpd512_pd256(self.0)));
+            } else {
+                _mm512_storeu_pd(to, _mm512_add_pd(_mm512_loadu_pd(to), self.0));
+            }
+        }
+    }
+    #[inline(always)]
+    fn turn([a, b, c, d]: [Self; 4], to: &mut [Quad; LANES]) {
+        // SAFETY: as above.
+        unsafe {
+            let (even_ab, odd_ab) = (_mm512_unpacklo_pd(a.0, b.0), _mm512_unpackhi_pd(a.0, b.0));
+            let (even_cd, odd_cd) = (_mm512_unpacklo_pd(c.0, d.0), _mm512_unpackhi_pd(c.0, d.0));
+            // lanes 0 and 2, lanes 4 and 6 of the even ones; of the odd ones lanes 1 and 3, 5 and 7
+            let low = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11);
+            let high = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
+            let to = to.as_mut_ptr().cast::<f64>();
+            _mm512_storeu_pd(to, _mm512_permutex2var_pd(even_ab, low, even_cd));
+            _mm512_storeu_pd(to.add(8), _mm512_permutex2var_pd(even_ab, high, even_cd));
+            _mm512_storeu_pd(to.add(16), _mm512_permutex2var_pd(odd_ab, low, odd_cd));
+            _mm512_storeu_pd(to.add(24), _mm512_permutex2var_pd(odd_ab, high, odd_cd));
+        }
+    }
+    #[inline(always)]
+    fn slot(lane: usize) -> usize {
+        (lane & 1) * 4 + (lane >> 1)
+    }
+}
+
+impl Wide for Avx512 {
     #[inline(always)]
     fn first(self) -> f64 {
         // SAFETY: as above.
@@ -100,16 +195,6 @@ impl Real for Avx512 {
     unsafe fn store_some(self, to: *mut f64, count: usize) {
         // SAFETY: as above; lanes that are masked out are not touched.
         unsafe { _mm512_mask_storeu_pd(to, first(count), self.0) }
-    }
-    #[inline(always)]
-    fn fma(self, b: Self, c: Self) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm512_fmadd_pd(self.0, b.0, c.0) })
-    }
-    #[inline(always)]
-    fn fnma(self, b: Self, c: Self) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm512_fnmadd_pd(self.0, b.0, c.0) })
     }
     #[inline(always)]
     fn floor(self) -> Self {
@@ -162,51 +247,6 @@ impl Real for Avx512 {
             (Self(mantissa), Self(_mm512_mask_add_pd(exponent, halved, exponent, one)))
         }
     }
-    #[inline(always)]
-    fn both(quad: &Quad) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm512_broadcast_f64x4(_mm256_loadu_pd(quad.as_ptr())) })
-    }
-    #[inline(always)]
-    fn halves(a: &Quad, b: &Quad) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(_mm256_loadu_pd(a.as_ptr())), _mm256_loadu_pd(b.as_ptr())) })
-    }
-    #[inline(always)]
-    fn pair(a: f64, b: f64) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm512_mask_blend_pd(0xf0, _mm512_set1_pd(a), _mm512_set1_pd(b)) })
-    }
-    #[inline(always)]
-    unsafe fn add_lower_to(self, to: *mut f64) {
-        // SAFETY: as above.
-        unsafe { _mm256_storeu_pd(to, _mm256_add_pd(_mm256_loadu_pd(to), _mm512_castpd512_pd256(self.0))) }
-    }
-    #[inline(always)]
-    unsafe fn add_to(self, to: *mut f64) {
-        // SAFETY: as above.
-        unsafe { _mm512_storeu_pd(to, _mm512_add_pd(_mm512_loadu_pd(to), self.0)) }
-    }
-    #[inline(always)]
-    fn turn([a, b, c, d]: [Self; 4], to: &mut [Quad; LANES]) {
-        // SAFETY: as above.
-        unsafe {
-            let (even_ab, odd_ab) = (_mm512_unpacklo_pd(a.0, b.0), _mm512_unpackhi_pd(a.0, b.0));
-            let (even_cd, odd_cd) = (_mm512_unpacklo_pd(c.0, d.0), _mm512_unpackhi_pd(c.0, d.0));
-            // lanes 0 and 2, lanes 4 and 6 of the even ones; of the odd ones lanes 1 and 3, 5 and 7
-            let low = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11);
-            let high = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
-            let to = to.as_mut_ptr().cast::<f64>();
-            _mm512_storeu_pd(to, _mm512_permutex2var_pd(even_ab, low, even_cd));
-            _mm512_storeu_pd(to.add(8), _mm512_permutex2var_pd(even_ab, high, even_cd));
-            _mm512_storeu_pd(to.add(16), _mm512_permutex2var_pd(odd_ab, low, odd_cd));
-            _mm512_storeu_pd(to.add(24), _mm512_permutex2var_pd(odd_ab, high, odd_cd));
-        }
-    }
-    #[inline(always)]
-    fn slot(lane: usize) -> usize {
-        (lane & 1) * 4 + (lane >> 1)
-    }
 }
 
 /// The lanes of a mask, as AVX knows them.
@@ -225,24 +265,109 @@ fn spread(mask: Mask) -> [__m256d; 2] {
 }
 
 impl Real for Avx2 {
+    type Number = f64;
+    type Wide = Self;
+    type Lanes = Batch;
+    type Quads = [Quad; LANES];
+    const EIGHTS: usize = 1;
     #[inline(always)]
     fn splat(x: f64) -> Self {
         // SAFETY: as above.
         unsafe { Self(_mm256_set1_pd(x), _mm256_set1_pd(x)) }
     }
     #[inline(always)]
-    fn load(from: &Batch) -> Self {
-        // SAFETY: as above.
-        unsafe { Self(_mm256_loadu_pd(from.as_ptr()), _mm256_loadu_pd(from.as_ptr().add(4))) }
+    fn all(x: f64) -> Self {
+        Self::splat(x)
     }
     #[inline(always)]
-    fn store(self, to: &mut Batch) {
+    unsafe fn load(from: *const f64) -> Self {
+        // SAFETY: as above.
+        unsafe { Self(_mm256_loadu_pd(from), _mm256_loadu_pd(from.add(4))) }
+    }
+    #[inline(always)]
+    unsafe fn store(self, to: *mut f64) {
         // SAFETY: as above.
         unsafe {
-            _mm256_storeu_pd(to.as_mut_ptr(), self.0);
-            _mm256_storeu_pd(to.as_mut_ptr().add(4), self.1);
+            _mm256_storeu_pd(to, self.0);
+            _mm256_storeu_pd(to.add(4), self.1);
         }
     }
+    #[inline(always)]
+    fn store_lanes(self, to: &mut Batch) {
+        // SAFETY: eight numbers.
+        unsafe { self.store(to.as_mut_ptr()) }
+    }
+    #[inline(always)]
+    fn join([eight, _]: [Self; 2]) -> Self {
+        eight
+    }
+    #[inline(always)]
+    fn load_eight(from: &Batch) -> Self {
+        // SAFETY: eight numbers.
+        unsafe { Self::load(from.as_ptr()) }
+    }
+    #[inline(always)]
+    fn store_eight(eight: Self, to: &mut Batch) {
+        eight.store_lanes(to);
+    }
+    #[inline(always)]
+    fn fma(self, b: Self, c: Self) -> Self {
+        // SAFETY: as above.
+        unsafe { Self(_mm256_fmadd_pd(self.0, b.0, c.0), _mm256_fmadd_pd(self.1, b.1, c.1)) }
+    }
+    #[inline(always)]
+    fn fnma(self, b: Self, c: Self) -> Self {
+        // SAFETY: as above.
+        unsafe { Self(_mm256_fnmadd_pd(self.0, b.0, c.0), _mm256_fnmadd_pd(self.1, b.1, c.1)) }
+    }
+    #[inline(always)]
+    fn at_all(quad: &Quad) -> Self {
+        // SAFETY: as above.
+        let quad = unsafe { _mm256_loadu_pd(quad.as_ptr()) };
+        Self(quad, quad)
+    }
+    #[inline(always)]
+    fn at_each<const N: usize>(quads: [&Quad; N]) -> Self {
+        // SAFETY: as above.
+        unsafe { Self(_mm256_loadu_pd(quads[0].as_ptr()), _mm256_loadu_pd(quads[N - 1].as_ptr())) }
+    }
+    #[inline(always)]
+    fn spread<const N: usize>(numbers: [f64; N]) -> Self {
+        // SAFETY: as above.
+        unsafe { Self(_mm256_set1_pd(numbers[0]), _mm256_set1_pd(numbers[N - 1])) }
+    }
+    #[inline(always)]
+    unsafe fn add_to(self, to: *mut f64, count: usize) {
+        // SAFETY: as above.
+        unsafe {
+            _mm256_storeu_pd(to, _mm256_add_pd(_mm256_loadu_pd(to), self.0));
+            if count > 1 {
+                let to = to.add(4);
+                _mm256_storeu_pd(to, _mm256_add_pd(_mm256_loadu_pd(to), self.1));
+            }
+        }
+    }
+    #[inline(always)]
+    fn turn([a, b, c, d]: [Self; 4], to: &mut [Quad; LANES]) {
+        // SAFETY: as above.
+        unsafe {
+            for (start, a, b, c, d) in [(0, a.0, b.0, c.0, d.0), (4, a.1, b.1, c.1, d.1)] {
+                let (even_ab, odd_ab) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
+                let (even_cd, odd_cd) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
+                _mm256_storeu_pd(to[start].as_mut_ptr(), _mm256_permute2f128_pd::<0x20>(even_ab, even_cd));
+                _mm256_storeu_pd(to[start + 1].as_mut_ptr(), _mm256_permute2f128_pd::<0x20>(odd_ab, odd_cd));
+                _mm256_storeu_pd(to[start + 2].as_mut_ptr(), _mm256_permute2f128_pd::<0x31>(even_ab, even_cd));
+                _mm256_storeu_pd(to[start + 3].as_mut_ptr(), _mm256_permute2f128_pd::<0x31>(odd_ab, odd_cd));
+            }
+        }
+    }
+    #[inline(always)]
+    fn slot(lane: usize) -> usize {
+        lane
+    }
+}
+
+impl Wide for Avx2 {
     #[inline(always)]
     fn first(self) -> f64 {
         // SAFETY: as above.
@@ -264,16 +389,6 @@ impl Real for Avx2 {
             _mm256_maskstore_pd(to, _mm256_castpd_si256(low), self.0);
             _mm256_maskstore_pd(to.wrapping_add(4), _mm256_castpd_si256(high), self.1);
         }
-    }
-    #[inline(always)]
-    fn fma(self, b: Self, c: Self) -> Self {
-        // SAFETY: as above.
-        unsafe { Self(_mm256_fmadd_pd(self.0, b.0, c.0), _mm256_fmadd_pd(self.1, b.1, c.1)) }
-    }
-    #[inline(always)]
-    fn fnma(self, b: Self, c: Self) -> Self {
-        // SAFETY: as above.
-        unsafe { Self(_mm256_fnmadd_pd(self.0, b.0, c.0), _mm256_fnmadd_pd(self.1, b.1, c.1)) }
     }
     #[inline(always)]
     fn floor(self) -> Self {
@@ -335,57 +450,9 @@ impl Real for Avx2 {
         let (low, high) = (split_four(self.0), split_four(self.1));
         (Self(low.0, high.0), Self(low.1, high.1))
     }
-    #[inline(always)]
-    fn both(quad: &Quad) -> Self {
-        // SAFETY: as above.
-        let quad = unsafe { _mm256_loadu_pd(quad.as_ptr()) };
-        Self(quad, quad)
-    }
-    #[inline(always)]
-    fn halves(a: &Quad, b: &Quad) -> Self {
-        // SAFETY: as above.
-        unsafe { Self(_mm256_loadu_pd(a.as_ptr()), _mm256_loadu_pd(b.as_ptr())) }
-    }
-    #[inline(always)]
-    fn pair(a: f64, b: f64) -> Self {
-        // SAFETY: as above.
-        unsafe { Self(_mm256_set1_pd(a), _mm256_set1_pd(b)) }
-    }
-    #[inline(always)]
-    unsafe fn add_lower_to(self, to: *mut f64) {
-        // SAFETY: as above.
-        unsafe { _mm256_storeu_pd(to, _mm256_add_pd(_mm256_loadu_pd(to), self.0)) }
-    }
-    #[inline(always)]
-    unsafe fn add_to(self, to: *mut f64) {
-        // SAFETY: as above.
-        unsafe {
-            _mm256_storeu_pd(to, _mm256_add_pd(_mm256_loadu_pd(to), self.0));
-            let to = to.add(4);
-            _mm256_storeu_pd(to, _mm256_add_pd(_mm256_loadu_pd(to), self.1));
-        }
-    }
-    #[inline(always)]
-    fn turn([a, b, c, d]: [Self; 4], to: &mut [Quad; LANES]) {
-        // SAFETY: as above.
-        unsafe {
-            for (start, a, b, c, d) in [(0, a.0, b.0, c.0, d.0), (4, a.1, b.1, c.1, d.1)] {
-                let (even_ab, odd_ab) = (_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b));
-                let (even_cd, odd_cd) = (_mm256_unpacklo_pd(c, d), _mm256_unpackhi_pd(c, d));
-                _mm256_storeu_pd(to[start].as_mut_ptr(), _mm256_permute2f128_pd::<0x20>(even_ab, even_cd));
-                _mm256_storeu_pd(to[start + 1].as_mut_ptr(), _mm256_permute2f128_pd::<0x20>(odd_ab, odd_cd));
-                _mm256_storeu_pd(to[start + 2].as_mut_ptr(), _mm256_permute2f128_pd::<0x31>(even_ab, even_cd));
-                _mm256_storeu_pd(to[start + 3].as_mut_ptr(), _mm256_permute2f128_pd::<0x31>(odd_ab, odd_cd));
-            }
-        }
-    }
-    #[inline(always)]
-    fn slot(lane: usize) -> usize {
-        lane
-    }
 }
 
-/// [`Real::split`] of four numbers.
+/// [`Wide::split`] of four numbers.
 #[inline(always)]
 fn split_four(x: __m256d) -> (__m256d, __m256d) {
     // SAFETY: see the top of the file.

@@ -50,6 +50,8 @@ pub(crate) struct Model {
     pub(crate) total: bool,
     /// Whether particles have the volume ratio of their cell.
     pub(crate) mean_dilatation: bool,
+    /// Of the transfers between particles and grid.
+    pub(crate) precision: scene::Precision,
     pub(crate) integrator: scene::Integrator,
     /// Scheme of implicit steps.
     pub(crate) implicit: Option<Scheme>,
@@ -483,6 +485,7 @@ fn compile(scene: &scene::Scene) -> Result<(Model, State), Fault> {
         newton: Rules { residual: method.newton_residual.unwrap_or(1e-10), iterations: method.newton_iterations.unwrap_or(20) },
         total: method.is_total(),
         mean_dilatation: method.mean_dilatation,
+        precision: method.precision,
         transfer: method.transfer,
         flip_share,
         separation,

@@ -64,6 +64,9 @@ pub struct Method {
     /// How the linear systems of Newton's method are solved; by their size if left out, and always by a factor where a body cuts cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub linear_solver: Option<LinearSolver>,
+    /// Numbers in which transfers between particles and grid are worked out; particles and nodes keep 64 bits either way.
+    #[serde(skip_serializing_if = "is_double")]
+    pub precision: Precision,
     /// Whether the particles of a cell share its mean change of volume: keeps nearly incompressible bodies from locking. For the total
     /// formulation.
     #[serde(skip_serializing_if = "is_false")]
@@ -89,6 +92,10 @@ fn is_false(value: &bool) -> bool {
     !value
 }
 
+fn is_double(value: &Precision) -> bool {
+    *value == Precision::Double
+}
+
 impl Default for Method {
     fn default() -> Self {
         Self {
@@ -111,6 +118,7 @@ impl Default for Method {
             newton_residual: None,
             newton_iterations: None,
             linear_solver: None,
+            precision: Precision::Double,
             mean_dilatation: false,
             transfer: Transfer::Flip,
             flip_share: None,
@@ -270,6 +278,18 @@ pub enum Mass {
     /// `transfer = "pic"` particles take the velocity of XPIC(m), m terms (Hammerquist and Nairn 2017), and move with it; the paper moves
     /// them with what a lumped mass makes of their velocity, and half its change.
     Fmpm,
+}
+
+/// Numbers of a transfer between particles and grid.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Precision {
+    /// 64 bits.
+    #[default]
+    Double,
+    /// 32 bits, sums of them on the nodes in 64: faster, with a round-off of 6e-8 of a step in what travels. For explicit steps of the updated
+    /// formulation with a lumped mass, quadrature at the particles, and linear functions or B-splines of degree up to 3.
+    Single,
 }
 
 /// Solvers of a consistent mass matrix.

@@ -16,7 +16,9 @@ mod structure;
 pub use fault::{Fault, SceneError, nearest};
 pub use formula::Formula;
 pub(crate) use formula::{PLACES, Results, Tape};
-pub use method::{Basis, Domain, Formulation, Integrator, LinearSolver, Mass, MassSolver, Method, Quadrature, QuadratureOf, Transfer};
+pub use method::{
+    Basis, Domain, Formulation, Integrator, LinearSolver, Mass, MassSolver, Method, Precision, Quadrature, QuadratureOf, Transfer,
+};
 pub(crate) use polyhedron::{Polyhedron, half_spaces};
 pub use shape::{Face, FacePoint, Shape};
 

@@ -82,7 +82,7 @@ pub(crate) struct Stepper {
 impl Stepper {
     pub(crate) fn new(model: &Model) -> Self {
         Self {
-            kernels: Kernels::new(model.dimension, model.axes[0].width()),
+            kernels: Kernels::new(model.dimension, model.axes[0].width(), model.precision),
             grid: Grid::new(model),
             body_force: Vec::new(),
             gravity: [0.0; 3],
@@ -194,7 +194,7 @@ fn worth_sharing(state: &State) -> bool {
 mod tests {
     use super::*;
     use crate::lanes::Instructions;
-    use crate::scene::Scene;
+    use crate::scene::{Precision, Scene};
 
     /// The kernels for this CPU and those for any CPU do the same but for round-off.
     #[test]
@@ -238,8 +238,10 @@ mod tests {
                 }
                 state.particles
             };
-            let (wide, portable) =
-                (run(Kernels::new(dimension, degree + 1)), run(Kernels::with(dimension, degree + 1, Instructions::Plain)));
+            let (wide, portable) = (
+                run(Kernels::new(dimension, degree + 1, Precision::Double)),
+                run(Kernels::with(dimension, degree + 1, Precision::Double, Instructions::Plain)),
+            );
             for axis in 0..dimension {
                 for (a, b) in wide.position.column(axis).iter().zip(portable.position.column(axis)) {
                     // round-off of 50 steps

@@ -1,8 +1,9 @@
-//! Shape functions at eight particles, a lane each.
+//! Shape functions at particles, a lane each.
 
+use super::task::Sweep;
 use crate::basis::{Axis, OFF_EDGE, Places, Stencils, Third};
 use crate::grid::Frame;
-use crate::lanes::{LANES, Mask, Real};
+use crate::lanes::{LANES, Mask, Real, Wide};
 
 /// Weights of the functions of a slot (see [`Stencils`]), by node.
 #[derive(Clone, Copy)]
@@ -67,13 +68,13 @@ impl<const W: usize> AxisTable<W> {
 
     /// Eight positions in cells from the lower end.
     #[inline(always)]
-    pub(super) fn place<V: Real>(&self, x: V) -> V {
+    pub(super) fn place<V: Wide>(&self, x: V) -> V {
         (x - V::splat(self.origin)) * V::splat(self.inverse)
     }
 
     /// Cell and local coordinate of eight positions, as [`Axis::cell`] has them.
     #[inline(always)]
-    fn cell_of<V: Real>(&self, x: V) -> (V, V) {
+    fn cell_of<V: Wide>(&self, x: V) -> (V, V) {
         let s = self.place(x);
         let cell = s.floor().max(V::splat(0.0)).min(V::splat(self.count - 1.0));
         (cell, (s - cell).max(V::splat(OFF_EDGE)).min(V::splat(1.0 - OFF_EDGE)))
@@ -137,32 +138,36 @@ pub(super) fn inner_functions<const D: usize, const W: usize, V: Real>(
     ]
 }
 
-/// The functions at eight places anywhere.
+/// The functions at `count` particles from `first` on, wherever they are.
+///
+/// # Safety
+/// The rows are the caller's; there are at most as many as lanes.
 #[inline(always)]
-pub(super) fn functions<const D: usize, const W: usize, V: Real>(
-    axes: &[Axis],
-    x: &[V; D],
-    half: &[V; D],
+pub(super) unsafe fn functions<const D: usize, const W: usize, V: Real>(
+    sweep: &Sweep,
+    first: usize,
+    count: usize,
     third: Third,
 ) -> [Line<V, W>; 3] {
-    let mut places = Places { position: [[0.0; LANES]; D], half: [[0.0; LANES]; D] };
-    for number in 0..D {
-        x[number].store(&mut places.position[number]);
-        half[number].store(&mut places.half[number]);
+    let mut of = [Stencils::<W>::default(); 2];
+    for eight in 0..V::EIGHTS {
+        // lanes of no particle are like the last
+        let (start, end) = ((first + eight * LANES).min(first + count - 1), (first + (eight + 1) * LANES).min(first + count));
+        // SAFETY: the caller's promise.
+        of[eight] = one_by_one::<D, W>(&sweep.model.axes, &unsafe { sweep.rows.places::<D>(sweep.model, start, end) }, third);
     }
-    let stencils = one_by_one::<D, W>(axes, &places, third);
-    [loaded(&stencils, 0), loaded(&stencils, 1), loaded(&stencils, 2)]
+    [loaded(&of, 0), loaded(&of, 1), loaded(&of, 2)]
 }
 
 /// A slot of stencils in memory.
 #[inline(always)]
-fn loaded<const W: usize, V: Real>(stencils: &Stencils<W>, slot: usize) -> Line<V, W> {
+fn loaded<const W: usize, V: Real>(of: &[Stencils<W>; 2], slot: usize) -> Line<V, W> {
     let zero = V::splat(0.0);
     let mut line = Line { value: [zero; W], slope: [zero; W], third: [zero; W] };
     for a in 0..W {
-        line.value[a] = V::load(&stencils.weight[slot][a]);
-        line.slope[a] = V::load(&stencils.slope[slot][a]);
-        line.third[a] = V::load(&stencils.third[slot][a]);
+        line.value[a] = V::join([V::Wide::load_eight(&of[0].weight[slot][a]), V::Wide::load_eight(&of[1].weight[slot][a])]);
+        line.slope[a] = V::join([V::Wide::load_eight(&of[0].slope[slot][a]), V::Wide::load_eight(&of[1].slope[slot][a])]);
+        line.third[a] = V::join([V::Wide::load_eight(&of[0].third[slot][a]), V::Wide::load_eight(&of[1].third[slot][a])]);
     }
     line
 }
@@ -177,7 +182,7 @@ fn one_by_one<const D: usize, const W: usize>(axes: &[Axis], places: &Places<D>,
 /// Local coordinates of eight positions in their cells. Writes the places of their first nodes in a tile, and returns those whose
 /// functions are not those of inner cells; the functions of the grid are B-splines.
 #[inline(always)]
-pub(super) fn locate<const D: usize, const W: usize, V: Real>(
+pub(super) fn locate<const D: usize, const W: usize, V: Wide>(
     tables: &[AxisTable<W>; 3],
     x: &[V; D],
     frame: &Frame,

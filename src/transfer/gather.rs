@@ -1,18 +1,18 @@
 //! Grid to particles.
 
-use super::chunk::{CHUNK, Cell, Chunk, load, store};
+use super::chunk::{CHUNK, Cell, Chunk, Fields, load, store};
 use super::functions::{self, AxisTable, Line, functions, inner_functions};
 use super::task::{Plan, Sweep};
 use super::{Rows, nodes, stencil};
 use crate::basis::Third;
 use crate::grid::{Frame, Lanes, Tile};
-use crate::lanes::{LANES, Mask, Real};
+use crate::lanes::{LANES, Mask, Number, Real, Wide};
 
 /// Takes the fields of the grid to `count` particles from `first` on, the first of which is number `at` of the chunk. All are in one cell,
 /// which is number `cell` of the chunk where they [`share`] it.
 ///
 /// # Safety
-/// The rows are the caller's, and the tile covers their stencils; there are at most [`LANES`].
+/// The rows are the caller's, and the tile covers their stencils; there are at most as many as lanes.
 #[inline(always)]
 pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADIENT: bool, const AFFINE: bool, const INCREMENT: bool>(
     sweep: &Sweep,
@@ -22,15 +22,15 @@ pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADI
     count: usize,
     tile: &Tile,
     cell: usize,
-    chunk: &mut Chunk<W>,
+    chunk: &mut Chunk<W, V>,
 ) {
     let third = if AFFINE { Third::Affine } else { Third::Nothing };
-    let node = chunk.node[at % CHUNK] as usize;
-    let axes = &sweep.model.axes;
-    let inner = chunk.is_inner(at);
+    let Chunk { fields, cells, .. } = chunk;
+    let node = fields.node[at % CHUNK] as usize;
+    let inner = fields.is_inner(at);
     let mut xi = [V::splat(0.0); D];
     for a in 0..D {
-        xi[a] = load(&chunk.xi[a], at);
+        xi[a] = load(&fields.xi[a], at);
     }
     let [f0, f1, f2] = if inner {
         // the affine sum of quadratic ones comes from the others
@@ -38,13 +38,12 @@ pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADI
         inner_functions::<D, W, V>(&plan.tables, &xi, third)
     } else {
         // SAFETY: the rows are ours.
-        let (x, half) = unsafe { places::<D, V>(sweep, first, count) };
-        functions::<D, W, V>(axes, &x, &half, third)
+        unsafe { functions::<D, W, V>(sweep, first, count, third) }
     };
     let by_differences = inner && W > 2;
     for component in 0..D {
         let taken = if by_differences {
-            let mut taken = interpolate_differences::<D, W, V, GRADIENT, AFFINE>(&f0, &f1, &f2, &chunk.cells[cell % 2], 1 + component);
+            let mut taken = interpolate_differences::<D, W, V, GRADIENT, AFFINE>(&f0, &f1, &f2, &cells[cell % 2], 1 + component);
             if AFFINE && W == 3 {
                 affine_of_quadratic(&mut taken, &xi, &plan.tables);
             }
@@ -52,13 +51,13 @@ pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADI
         } else {
             interpolate::<D, W, V, GRADIENT, AFFINE>(&f0, &f1, &f2, tile, &tile.momentum, node, 1 + component)
         };
-        store(&mut chunk.velocity[component], at, taken.value);
+        store(&mut fields.velocity[component], at, taken.value);
         for axis in 0..D {
             if GRADIENT {
-                store(&mut chunk.gradient[component][axis], at, taken.slope[3 - D + axis]);
+                store(&mut fields.gradient[component][axis], at, taken.slope[3 - D + axis]);
             }
             if AFFINE {
-                store(&mut chunk.affine[component][axis], at, taken.third[3 - D + axis]);
+                store(&mut fields.affine[component][axis], at, taken.third[3 - D + axis]);
             }
         }
     }
@@ -67,7 +66,7 @@ pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADI
         let marked = sweep.gather.is_some_and(|task| task.separation > 0.0);
         for lane in usize::from(!marked)..=D {
             let taken = interpolate::<D, W, V, false, false>(&f0, &f1, &f2, tile, &tile.force, node, lane);
-            store(&mut chunk.acceleration[lane], at, taken.value);
+            store(&mut fields.acceleration[lane], at, taken.value);
         }
     }
 }
@@ -76,31 +75,36 @@ pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADI
 ///
 /// Of functions far from the ends the middle one is nowhere small, so differences from it are no loss.
 #[inline(always)]
-pub(super) fn share<const D: usize, const W: usize, V: Real>(chunk: &mut Chunk<W>, at: usize, tile: &Tile, cell: usize) {
-    if W > 2 && chunk.is_inner(at) {
-        subtract::<D, W, V>(tile, &tile.momentum, chunk.node[at % CHUNK] as usize, &mut chunk.cells[cell % 2]);
+pub(super) fn share<const D: usize, const W: usize, V: Real>(chunk: &mut Chunk<W, V>, at: usize, tile: &Tile, cell: usize) {
+    if W > 2 && chunk.fields.is_inner(at) {
+        subtract::<D, W, V, V::Wide>(tile, &tile.momentum, chunk.fields.node[at % CHUNK] as usize, &mut chunk.cells[cell % 2]);
     }
 }
 
-/// The nodes of a cell from `node` on as differences.
+/// The nodes of a cell from `node` on as differences, taken in double precision.
 #[inline(always)]
-fn subtract<const D: usize, const W: usize, V: Real>(tile: &Tile, field: &[Lanes], node: usize, cell: &mut Cell<W>) {
+fn subtract<const D: usize, const W: usize, V: Real<Wide = E>, E: Wide>(
+    tile: &Tile,
+    field: &[Lanes],
+    node: usize,
+    cell: &mut Cell<W, V::Number>,
+) {
     let stride = tile.frame.stride;
     let last = node + (nodes::<D, W>(0) - 1) * stride[0] + (nodes::<D, W>(1) - 1) * stride[1] + W;
     assert!(last <= field.len(), "a tile covers the stencils of its particles");
     let (middle, pairs) = (W / 2, W / 2);
-    let mut rows = [[[V::splat(0.0); 4]; W]; W];
+    let mut rows = [[[E::splat(0.0); 4]; W]; W];
     for i in 0..nodes::<D, W>(0) {
         for j in 0..nodes::<D, W>(1) {
             let start = node + i * stride[0] + j * stride[1];
             // SAFETY: see above.
             let row = unsafe { &*field.as_ptr().add(start).cast::<[Lanes; W]>() };
-            let of_middle = V::both(&row[middle]);
+            let of_middle = E::at_all(&row[middle]);
             rows[i][j][3] = of_middle;
             for q in 0..pairs {
                 // of an odd number of others the last is alone
                 let (first, second) = (middle_first(2 * q + 1, middle), middle_first((2 * q + 2).min(W - 1), middle));
-                rows[i][j][q] = V::halves(&row[first], &row[second]) - of_middle;
+                rows[i][j][q] = E::at_each([&row[first], &row[second]]) - of_middle;
             }
         }
     }
@@ -126,7 +130,7 @@ fn subtract<const D: usize, const W: usize, V: Real>(tile: &Tile, field: &[Lanes
         for j in 0..nodes::<D, W>(1) {
             for q in 0..4 {
                 if q == 3 || q < pairs {
-                    rows[i][j][q].store(&mut cell.rows[i][j][q]);
+                    V::store_eight(rows[i][j][q], &mut cell.rows[i][j][q]);
                 }
             }
         }
@@ -139,7 +143,7 @@ fn interpolate_differences<const D: usize, const W: usize, V: Real, const GRADIE
     f0: &Line<V, W>,
     f1: &Line<V, W>,
     f2: &Line<V, W>,
-    cell: &Cell<W>,
+    cell: &Cell<W, V::Number>,
     lane: usize,
 ) -> Taken<V> {
     let (zero, middle) = (V::splat(0.0), W / 2);
@@ -153,11 +157,11 @@ fn interpolate_differences<const D: usize, const W: usize, V: Real, const GRADIE
         for at_j in 0..nodes::<D, W>(1) {
             let j = if D < 2 { 0 } else { middle_first(at_j, middle) };
             let row = &cell.rows[i][j];
-            let of_middle = V::splat(row[3][lane % 4]);
+            let of_middle = V::all(row[3][lane % 4]);
             let (mut sum, mut sloped, mut turned) = (of_middle, zero, of_middle);
             for at_k in 1..W {
                 let k = middle_first(at_k, middle);
-                let difference = V::splat(row[(at_k - 1) / 2][4 * ((at_k - 1) % 2) + lane % 4]);
+                let difference = V::all(row[(at_k - 1) / 2][4 * ((at_k - 1) % 2) + lane % 4]);
                 sum = f2.value[k].fma(difference, sum);
                 if GRADIENT || by_slope {
                     sloped = if at_k == 1 { f2.slope[k] * difference } else { f2.slope[k].fma(difference, sloped) };
@@ -234,7 +238,7 @@ const fn middle_first(at: usize, middle: usize) -> usize {
 /// # Safety
 /// The rows are the caller's, with these positions; there are at most [`LANES`].
 #[inline(always)]
-pub(super) unsafe fn locate<const D: usize, const W: usize, V: Real>(
+pub(super) unsafe fn locate<const D: usize, const W: usize, V: Wide, N: Number>(
     sweep: &Sweep,
     plan: &Plan<W>,
     x: &[V; D],
@@ -242,9 +246,9 @@ pub(super) unsafe fn locate<const D: usize, const W: usize, V: Real>(
     at: usize,
     count: usize,
     frame: &Frame,
-    chunk: &mut Chunk<W>,
+    fields: &mut Fields<N>,
 ) -> [V; D] {
-    let to = chunk.node[at % CHUNK..].first_chunk_mut().expect("there is room for eight from any particle on");
+    let to = fields.node[at % CHUNK..].first_chunk_mut().expect("there is room for eight from any particle on");
     let (xi, outside) = if plan.splines {
         functions::locate(&plan.tables, x, frame, to)
     } else {
@@ -253,7 +257,7 @@ pub(super) unsafe fn locate<const D: usize, const W: usize, V: Real>(
         stencil::first_nodes::<D, W, V>(&sweep.model.axes, &x, &half, frame, to);
         (x, Mask::MAX)
     };
-    chunk.outside[at % CHUNK / LANES] = outside;
+    fields.set_outside(at, outside);
     xi
 }
 
@@ -262,7 +266,7 @@ pub(super) unsafe fn locate<const D: usize, const W: usize, V: Real>(
 /// # Safety
 /// The rows are the caller's; `count` is at least 1 and at most [`LANES`].
 #[inline(always)]
-pub(super) unsafe fn places<const D: usize, V: Real>(sweep: &Sweep, first: usize, count: usize) -> ([V; D], [V; D]) {
+pub(super) unsafe fn places<const D: usize, V: Wide>(sweep: &Sweep, first: usize, count: usize) -> ([V; D], [V; D]) {
     let rows: &Rows = &sweep.rows;
     let zero = V::splat(0.0);
     let (mut x, mut half) = ([zero; D], [zero; D]);
@@ -277,7 +281,7 @@ pub(super) unsafe fn places<const D: usize, V: Real>(sweep: &Sweep, first: usize
         // SAFETY: the rows are ours.
         let places = unsafe { rows.places::<D>(sweep.model, first, first + count) };
         for a in 0..D {
-            half[a] = V::load(&places.half[a]);
+            half[a] = V::load_eight(&places.half[a]);
         }
     }
     (x, half)

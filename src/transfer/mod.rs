@@ -6,6 +6,9 @@
 //!
 //! A sweep may begin with `tidy`, which sorts the particles of the bin by cell.
 //!
+//! In single precision the nodes, the positions and what particles keep are in double precision all the same, as is their update; what is
+//! taken from the grid and given to it is worked out with half the bits, from differences of nodes that are taken with all of them.
+//!
 //! Sums over the stencil are carried out axis by axis: what is common to a row of nodes is computed once a row.
 
 mod chunk;
@@ -28,7 +31,13 @@ pub(crate) use task::{Fault, FaultKind, GatherTask, ScatterTask, Sweep, SweepRep
 
 use crate::basis::{Axis, BATCH, Places};
 use crate::grid::Site;
-use crate::lanes::{Instructions, Plain};
+#[cfg(target_arch = "x86_64")]
+use crate::lanes::{Avx2, Avx2Single, Avx512, Avx512Single};
+use crate::lanes::{Instructions, Plain, PlainSingle};
+use crate::scene::Precision;
+
+/// Functions along an axis, at most, for which there are kernels in single precision.
+pub(crate) const WIDEST_SINGLE: usize = 4;
 
 /// The kernels of a scene.
 #[derive(Clone, Copy)]
@@ -39,38 +48,63 @@ pub(crate) struct Kernels {
 
 impl Kernels {
     /// Kernels for a dimension and a width of the stencil, with the widest instructions that this CPU has.
-    pub(crate) fn new(dimension: usize, width: usize) -> Self {
-        Self::with(dimension, width, Instructions::of_this_cpu())
+    pub(crate) fn new(dimension: usize, width: usize, precision: Precision) -> Self {
+        Self::with(dimension, width, precision, Instructions::of_this_cpu())
     }
 
     /// Kernels with these instructions, which the CPU must have.
-    pub(crate) fn with(dimension: usize, width: usize, instructions: Instructions) -> Self {
+    pub(crate) fn with(dimension: usize, width: usize, precision: Precision, instructions: Instructions) -> Self {
+        if precision == Precision::Single {
+            assert!(width <= WIDEST_SINGLE, "the check of the scene refuses wider functions in single precision");
+            return match (dimension, width) {
+                (1, 2) => Self::single::<1, 2>(instructions),
+                (1, 3) => Self::single::<1, 3>(instructions),
+                (1, _) => Self::single::<1, 4>(instructions),
+                (2, 2) => Self::single::<2, 2>(instructions),
+                (2, 3) => Self::single::<2, 3>(instructions),
+                (2, _) => Self::single::<2, 4>(instructions),
+                (_, 2) => Self::single::<3, 2>(instructions),
+                (_, 3) => Self::single::<3, 3>(instructions),
+                (_, _) => Self::single::<3, 4>(instructions),
+            };
+        }
         match (dimension, width) {
-            (1, 2) => Self::of::<1, 2>(instructions),
-            (1, 3) => Self::of::<1, 3>(instructions),
-            (1, 4) => Self::of::<1, 4>(instructions),
-            (1, 5) => Self::of::<1, 5>(instructions),
-            (1, _) => Self::of::<1, 6>(instructions),
-            (2, 2) => Self::of::<2, 2>(instructions),
-            (2, 3) => Self::of::<2, 3>(instructions),
-            (2, 4) => Self::of::<2, 4>(instructions),
-            (2, 5) => Self::of::<2, 5>(instructions),
-            (2, _) => Self::of::<2, 6>(instructions),
-            (_, 2) => Self::of::<3, 2>(instructions),
-            (_, 3) => Self::of::<3, 3>(instructions),
-            (_, 4) => Self::of::<3, 4>(instructions),
-            (_, 5) => Self::of::<3, 5>(instructions),
-            (_, _) => Self::of::<3, 6>(instructions),
+            (1, 2) => Self::double::<1, 2>(instructions),
+            (1, 3) => Self::double::<1, 3>(instructions),
+            (1, 4) => Self::double::<1, 4>(instructions),
+            (1, 5) => Self::double::<1, 5>(instructions),
+            (1, _) => Self::double::<1, 6>(instructions),
+            (2, 2) => Self::double::<2, 2>(instructions),
+            (2, 3) => Self::double::<2, 3>(instructions),
+            (2, 4) => Self::double::<2, 4>(instructions),
+            (2, 5) => Self::double::<2, 5>(instructions),
+            (2, _) => Self::double::<2, 6>(instructions),
+            (_, 2) => Self::double::<3, 2>(instructions),
+            (_, 3) => Self::double::<3, 3>(instructions),
+            (_, 4) => Self::double::<3, 4>(instructions),
+            (_, 5) => Self::double::<3, 5>(instructions),
+            (_, _) => Self::double::<3, 6>(instructions),
         }
     }
 
-    fn of<const D: usize, const W: usize>(instructions: Instructions) -> Self {
+    fn double<const D: usize, const W: usize>(instructions: Instructions) -> Self {
         let sweep = match instructions {
             #[cfg(target_arch = "x86_64")]
-            Instructions::Avx512 => x86::avx512::<D, W>,
+            Instructions::Avx512 => x86::avx512::<D, W, Avx512>,
             #[cfg(target_arch = "x86_64")]
-            Instructions::Avx2 => x86::avx2::<D, W>,
+            Instructions::Avx2 => x86::avx2::<D, W, Avx2>,
             Instructions::Plain => sweep::sweep::<D, W, Plain>,
+        };
+        Self { sweep, stencils: stencil::tabulate::<D, W> }
+    }
+
+    fn single<const D: usize, const W: usize>(instructions: Instructions) -> Self {
+        let sweep = match instructions {
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx512 => x86::avx512::<D, W, Avx512Single>,
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx2 => x86::avx2::<D, W, Avx2Single>,
+            Instructions::Plain => sweep::sweep::<D, W, PlainSingle>,
         };
         Self { sweep, stencils: stencil::tabulate::<D, W> }
     }
@@ -107,22 +141,22 @@ impl Kernels {
 mod x86 {
     //! The same kernels, compiled for CPUs with AVX2 and FMA (all x86-64 since 2013-2015) and for those with AVX-512.
     use super::*;
-    use crate::lanes::{Avx2, Avx512};
+    use crate::lanes::Real;
 
     /// # Safety
     /// As [`Kernels::sweep`]; the CPU has AVX2 and FMA.
     #[target_feature(enable = "avx2,fma")]
-    pub(super) unsafe fn avx2<const D: usize, const W: usize>(task: &Sweep, site: &Site, scratch: &mut Scratch) -> SweepReport {
+    pub(super) unsafe fn avx2<const D: usize, const W: usize, V: Real>(task: &Sweep, site: &Site, scratch: &mut Scratch) -> SweepReport {
         // SAFETY: the caller's promise.
-        unsafe { sweep::sweep::<D, W, Avx2>(task, site, scratch) }
+        unsafe { sweep::sweep::<D, W, V>(task, site, scratch) }
     }
 
     /// # Safety
     /// As [`Kernels::sweep`]; the CPU has AVX-512 F, DQ and VL.
     #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
-    pub(super) unsafe fn avx512<const D: usize, const W: usize>(task: &Sweep, site: &Site, scratch: &mut Scratch) -> SweepReport {
+    pub(super) unsafe fn avx512<const D: usize, const W: usize, V: Real>(task: &Sweep, site: &Site, scratch: &mut Scratch) -> SweepReport {
         // SAFETY: the caller's promise.
-        unsafe { sweep::sweep::<D, W, Avx512>(task, site, scratch) }
+        unsafe { sweep::sweep::<D, W, V>(task, site, scratch) }
     }
 }
 
@@ -144,7 +178,7 @@ mod tests {
             let axes: Vec<Axis> = (0..3).map(|a| Axis::new(-1.0, 0.25 + 0.05 * a as f64, 9, family)).collect();
             let mut rows = StencilRows::default();
             for (x, arm) in [([0.1, 0.4, -0.3], [0.05, -0.1, 0.08]), ([-0.99, 1.6, -1.0], [-0.02, 0.3, 0.0])] {
-                Kernels::new(3, 4).point_weights(&axes, [x, [0.1; 3], arm], &mut rows);
+                Kernels::new(3, 4, Precision::Double).point_weights(&axes, [x, [0.1; 3], arm], &mut rows);
                 let sum: f64 = rows.weights.iter().sum();
                 assert!((sum - 1.0).abs() < 1e-12);
                 for a in 0..3 {

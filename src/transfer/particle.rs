@@ -1,7 +1,8 @@
 //! The update of one particle, whatever its law: what is not worked out eight at a time.
 
-use super::chunk::Chunk;
+use super::chunk::Fields;
 use super::task::{Fault, FaultKind, GatherTask, Sweep, SweepReport};
+use crate::lanes::Number;
 use crate::material::{Increment, embed};
 
 /// Volume ratio from which a particle counts as not compressed: a little below 1, so that one at rest does whatever its round-off (Fei et
@@ -13,18 +14,18 @@ const NOT_COMPRESSED: f64 = 0.999;
 /// # Safety
 /// The rows are the caller's.
 #[inline(never)]
-pub(super) unsafe fn update_some<const D: usize, const W: usize>(
+pub(super) unsafe fn update_some<const D: usize, N: Number>(
     sweep: &Sweep,
     task: &GatherTask,
     first: usize,
     at: usize,
     count: usize,
-    chunk: &mut Chunk<W>,
+    fields: &mut Fields<N>,
     report: &mut SweepReport,
 ) {
     for lane in 0..count {
         // SAFETY: the row is ours.
-        unsafe { update::<D, W>(sweep, task, first + lane, at + lane, chunk, report) };
+        unsafe { update::<D, N>(sweep, task, first + lane, at + lane, fields, report) };
     }
 }
 
@@ -33,16 +34,16 @@ pub(super) unsafe fn update_some<const D: usize, const W: usize>(
 /// # Safety
 /// The row is the caller's.
 #[inline(always)]
-unsafe fn update<const D: usize, const W: usize>(
+unsafe fn update<const D: usize, N: Number>(
     sweep: &Sweep,
     task: &GatherTask,
     p: usize,
     at: usize,
-    chunk: &mut Chunk<W>,
+    fields: &mut Fields<N>,
     report: &mut SweepReport,
 ) {
     let rows = &sweep.rows;
-    let grid_velocity: [f64; D] = std::array::from_fn(|a| chunk.velocity[a].0[at]);
+    let grid_velocity: [f64; D] = std::array::from_fn(|a| fields.velocity[a].number(at));
     if let Some(kick) = task.kick {
         let mut velocity = grid_velocity;
         if task.increment {
@@ -50,7 +51,7 @@ unsafe fn update<const D: usize, const W: usize>(
             // SAFETY: row p is ours.
             let old = unsafe { rows.vector::<D, 3>(&rows.velocity, p) };
             for a in 0..D {
-                let change = kick * chunk.acceleration[1 + a].0[at];
+                let change = kick * fields.acceleration[1 + a].number(at);
                 // a pure FLIP must not touch the PIC velocity: 0 times it may lose the last bit
                 velocity[a] = if share == 1.0 {
                     old[a] + change
@@ -62,12 +63,12 @@ unsafe fn update<const D: usize, const W: usize>(
             }
         }
         for a in 0..D {
-            chunk.velocity[a].0[at] = velocity[a];
+            fields.velocity[a].0[at] = N::of(velocity[a]);
         }
         // SAFETY: row p is ours.
         unsafe { rows.set_vector(&rows.velocity, p, velocity) };
         if task.affine {
-            let c: [[f64; D]; D] = std::array::from_fn(|a| std::array::from_fn(|k| chunk.affine[a][k].0[at]));
+            let c: [[f64; D]; D] = std::array::from_fn(|a| std::array::from_fn(|k| fields.affine[a][k].number(at)));
             // SAFETY: row p is ours.
             unsafe { rows.set_tensor(&rows.affine, p, c) };
         }
@@ -77,7 +78,7 @@ unsafe fn update<const D: usize, const W: usize>(
         let mut position = unsafe { rows.vector::<D, 3>(&rows.position, p) };
         let mut motion: [f64; D] = std::array::from_fn(|a| dt * grid_velocity[a]);
         // SAFETY: row p is ours, and there is an affine matrix where particles separate.
-        if task.separation > 0.0 && chunk.acceleration[0].0[at] == 0.0 && unsafe { separates::<D>(sweep, p, dt) } {
+        if task.separation > 0.0 && fields.acceleration[0].number(at) == 0.0 && unsafe { separates::<D>(sweep, p, dt) } {
             // SAFETY: row p is ours.
             let own = unsafe { rows.vector::<D, 3>(&rows.velocity, p) };
             for a in 0..D {
@@ -101,7 +102,7 @@ unsafe fn update<const D: usize, const W: usize>(
         }
     }
     if let Some(dt) = task.strain {
-        let gradient: [[f64; D]; D] = std::array::from_fn(|a| std::array::from_fn(|k| dt * chunk.gradient[a][k].0[at]));
+        let gradient: [[f64; D]; D] = std::array::from_fn(|a| std::array::from_fn(|k| dt * fields.gradient[a][k].number(at)));
         // SAFETY: row p is ours.
         if let Err(kind) = unsafe { strain::<D>(sweep, task, p, gradient, report) } {
             report.fault.get_or_insert(Fault { row: p, kind });
@@ -222,18 +223,18 @@ fn inverse<const D: usize>(m: &[[f64; D]; D]) -> Option<[[f64; D]; D]> {
 /// # Safety
 /// The rows are the caller's.
 #[inline(never)]
-pub(super) unsafe fn stress_of_some<const D: usize, const W: usize>(
+pub(super) unsafe fn stress_of_some<const D: usize, N: Number>(
     sweep: &Sweep,
     scale: f64,
     relieved: &[bool],
     first: usize,
     at: usize,
     count: usize,
-    chunk: &mut Chunk<W>,
+    fields: &mut Fields<N>,
 ) {
     for lane in 0..count {
         // SAFETY: the row is ours.
-        unsafe { stress::<D, W>(sweep, scale, relieved, first + lane, at + lane, chunk) };
+        unsafe { stress::<D, N>(sweep, scale, relieved, first + lane, at + lane, fields) };
     }
 }
 
@@ -242,7 +243,7 @@ pub(super) unsafe fn stress_of_some<const D: usize, const W: usize>(
 /// # Safety
 /// The row is the caller's.
 #[inline(always)]
-unsafe fn stress<const D: usize, const W: usize>(sweep: &Sweep, scale: f64, relieved: &[bool], p: usize, at: usize, chunk: &mut Chunk<W>) {
+unsafe fn stress<const D: usize, N: Number>(sweep: &Sweep, scale: f64, relieved: &[bool], p: usize, at: usize, fields: &mut Fields<N>) {
     let rows = &sweep.rows;
     // SAFETY: row p is ours.
     let (f, lateral, history) = unsafe { (rows.tensor::<D>(&rows.deformation, p), rows.lateral(p), rows.history(p)) };
@@ -253,7 +254,7 @@ unsafe fn stress<const D: usize, const W: usize>(sweep: &Sweep, scale: f64, reli
     let tau = sweep.model.material(unsafe { rows.body(p) } as u16).kirchhoff(&embed(&f, lateral), &history);
     for r in 0..D {
         for c in 0..D {
-            chunk.force[r][c].0[at] = weight * tau[(r, c)];
+            fields.force[r][c].0[at] = N::of(weight * tau[(r, c)]);
         }
     }
 }

@@ -1,13 +1,13 @@
 //! Particles to grid.
 
-use super::chunk::{CHUNK, Chunk, load};
+use super::chunk::{CHUNK, Chunk, Packets, load};
 use super::functions::{functions, inner_functions};
 use super::gather::{locate, places};
 use super::nodes;
 use super::task::{Plan, ScatterTask, Sweep};
 use crate::basis::Third;
 use crate::grid::{Frame, Lanes, Tile};
-use crate::lanes::{LANES, Mask, Real};
+use crate::lanes::{LANES, Real, Wide};
 
 /// The field that packets are for.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -59,34 +59,55 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real, const AFFINE:
     at: usize,
     count: usize,
     frame: &Frame,
-    chunk: &mut Chunk<W>,
+    chunk: &mut Chunk<W, V>,
 ) {
-    let (rows, axes, zero) = (&sweep.rows, &sweep.model.axes, V::splat(0.0));
+    let (rows, zero) = (&sweep.rows, V::splat(0.0));
     let momentum = field == Field::Momentum;
     let kick = match task.what {
         super::What::Kicked(kick) => Some(kick),
         _ => None,
     };
-    // SAFETY: the rows are ours.
-    let (x, half) = unsafe { places::<D, V>(sweep, first, count) };
-    // SAFETY: the rows are ours.
-    let xi = unsafe { locate::<D, W, V>(sweep, plan, &x, first, at, count, frame, chunk) };
+    let Chunk { fields, packets, .. } = chunk;
+    let packets = &mut packets[at % CHUNK / V::LANES];
+    let mut xi = [zero; D];
+    let (mut eights, mut mass) = ([[V::Wide::splat(0.0); 2]; D], [V::Wide::splat(0.0); 2]);
+    for eight in 0..V::EIGHTS {
+        let start = eight * LANES;
+        if start >= count {
+            // lanes of no particle
+            fields.set_outside(at + start, 0);
+            continue;
+        }
+        let (row, some) = (first + start, LANES.min(count - start));
+        // SAFETY: the rows are ours.
+        unsafe {
+            let (x, _) = places::<D, V::Wide>(sweep, row, some);
+            let of = locate::<D, W, V::Wide, V::Number>(sweep, plan, &x, row, at + start, some, frame, fields);
+            for a in 0..D {
+                eights[a][eight] = of[a];
+            }
+            mass[eight] = V::Wide::load_some(rows.mass(row), some);
+        }
+    }
+    for a in 0..D {
+        xi[a] = V::join(eights[a]);
+    }
     let third = if AFFINE { Third::Arm } else { Third::Nothing };
-    let lines = if chunk.outside[at % CHUNK / LANES] & ((1u32 << count) - 1) as Mask == 0 {
+    let lines = if fields.are_inner(at, count) {
         inner_functions::<D, W, V>(&plan.tables, &xi, third)
     } else {
-        functions::<D, W, V>(axes, &x, &half, third)
+        // SAFETY: the rows are ours.
+        unsafe { functions::<D, W, V>(sweep, first, count, third) }
     };
-    // SAFETY: a number a particle.
-    let mass = unsafe { V::load_some(rows.mass(first), count) };
+    let mass = V::join(mass);
     let mut base = [zero; 4];
     if momentum {
         base[0] = mass;
         for a in 0..D {
             let velocity = match source {
                 // SAFETY: the rows are ours.
-                Source::Rows => unsafe { V::load_some(rows.velocity.at(a, first), count) },
-                Source::Chunk => load(&chunk.velocity[a], at),
+                Source::Rows => unsafe { some::<V>(rows.velocity.at(a, first), count) },
+                Source::Chunk => load(&fields.velocity[a], at),
             };
             base[1 + a] = mass * velocity;
         }
@@ -94,14 +115,14 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real, const AFFINE:
     if STRESSED {
         for (a, of) in task.body_force.iter().enumerate() {
             // SAFETY: a number a particle.
-            let force = mass * unsafe { V::load_some(of.as_ptr().add(first), count) };
+            let force = mass * unsafe { some::<V>(of.as_ptr().add(first), count) };
             base[1 + a] = V::splat(kick.unwrap_or(1.0)).fma(force, base[1 + a]);
         }
     }
-    V::turn(base, &mut chunk.packets[at % CHUNK / LANES].base);
+    V::turn(base, &mut packets.base);
     for slot in 3 - D..3 {
         for node in 0..W {
-            lines[slot].value[node].store(&mut chunk.packets[at % CHUNK / LANES].value[slot][node]);
+            lines[slot].value[node].store_lanes(&mut packets.value[slot][node]);
         }
         if !(AFFINE || STRESSED) {
             continue;
@@ -113,12 +134,12 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real, const AFFINE:
                 c[a] = mass
                     * match source {
                         // SAFETY: the rows are ours, and there is an affine matrix.
-                        Source::Rows => unsafe { V::load_some(rows.affine.at(D * a + axis, first), count) },
-                        Source::Chunk => load(&chunk.affine[a][axis], at),
+                        Source::Rows => unsafe { some::<V>(rows.affine.at(D * a + axis, first), count) },
+                        Source::Chunk => load(&fields.affine[a][axis], at),
                     };
             }
             if STRESSED {
-                s[a] = load(&chunk.force[a.min(axis)][a.max(axis)], at);
+                s[a] = load(&fields.force[a.min(axis)][a.max(axis)], at);
             }
         }
         let mut rest = [zero; 4];
@@ -134,20 +155,35 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real, const AFFINE:
                     };
                     rest[1 + a] = rest[1 + a] - more[1 + a];
                 }
-                V::turn(more, &mut chunk.packets[at % CHUNK / LANES].more[slot][node]);
+                V::turn(more, &mut packets.more[slot][node]);
             }
         });
         if slot == 2 {
-            V::turn(rest, &mut chunk.packets[at % CHUNK / LANES].more[slot][middle(W)]);
+            V::turn(rest, &mut packets.more[slot][middle(W)]);
         }
     }
+}
+
+/// Numbers of `count` particles in memory, zeros in the other lanes.
+///
+/// # Safety
+/// They may be read; there are at most as many as lanes.
+#[inline(always)]
+unsafe fn some<V: Real>(from: *const f64, count: usize) -> V {
+    let mut eights = [V::Wide::splat(0.0); 2];
+    for eight in 0..V::EIGHTS {
+        let start = eight * LANES;
+        // SAFETY: the caller's promise.
+        eights[eight] = unsafe { V::Wide::load_some(from.wrapping_add(start), count.saturating_sub(start).min(LANES)) };
+    }
+    V::join(eights)
 }
 
 /// Adds the packets of the first `count` particles of the chunk to a field of the tile: run by run of particles in one cell, whose sums
 /// stay in registers.
 #[inline(always)]
 pub(super) fn add<const D: usize, const W: usize, V: Real, const MORE: bool>(
-    chunk: &Chunk<W>,
+    chunk: &Chunk<W, V>,
     count: usize,
     tile: &mut Tile,
     field: Field,
@@ -156,15 +192,15 @@ pub(super) fn add<const D: usize, const W: usize, V: Real, const MORE: bool>(
     let to = if field == Field::Momentum { &mut tile.momentum } else { &mut tile.force };
     let mut start = 0;
     while start < count {
-        let end = chunk.end_of_run(start, count);
-        let node = chunk.node[start % CHUNK] as usize;
+        let end = chunk.fields.end_of_run(start, count);
+        let node = chunk.fields.node[start % CHUNK] as usize;
         let last = node + (nodes::<D, W>(0) - 1) * stride[0] + (nodes::<D, W>(1) - 1) * stride[1] + W;
         assert!(last <= to.len(), "a tile covers the stencils of its particles");
         // SAFETY: the packets are there, and so are the nodes.
         unsafe {
             let to = to.as_mut_ptr().add(node);
             // of functions far from the ends the middle one is nowhere small, so that it may be what the others leave of all
-            if W > 2 && chunk.is_inner(start) {
+            if W > 2 && chunk.fields.is_inner(start) {
                 add_run::<D, W, V, MORE, true>(chunk, start, end, to, stride);
             } else {
                 add_run::<D, W, V, MORE, false>(chunk, start, end, to, stride);
@@ -181,38 +217,31 @@ pub(super) fn add<const D: usize, const W: usize, V: Real, const MORE: bool>(
 /// The stencil from node `to` on may be written, and the particles are in the chunk.
 #[inline(always)]
 unsafe fn add_run<const D: usize, const W: usize, V: Real, const MORE: bool, const ALL: bool>(
-    chunk: &Chunk<W>,
+    chunk: &Chunk<W, V>,
     start: usize,
     end: usize,
     to: *mut Lanes,
     stride: [usize; 2],
 ) {
     let zero = V::splat(0.0);
-    // sums of two nodes in a row along slot 2
+    let rows_of = const { W.div_ceil(V::NODES) };
+    // sums of a row of nodes along slot 2 each
     let mut sums = [[[zero; 3]; W]; W];
     for l in start..end {
         // SAFETY: the particle is in the chunk.
-        let (packets, lane) = unsafe { (chunk.packets.get_unchecked(l / LANES), l % LANES) };
-        let slot = V::slot(lane);
-        let base = V::both(&packets.base[slot]);
-        for q in 0..W.div_ceil(2) {
-            let (k, is_pair) = (2 * q, 2 * q + 1 < W);
-            let n2 = &packets.value[2];
-            let pair = if is_pair { V::pair(n2[k][lane], n2[k + 1][lane]) } else { V::splat(n2[k][lane]) };
+        let (packets, lane) = unsafe { (chunk.packets.get_unchecked(l / V::LANES), l % V::LANES) };
+        let base = V::at_all(packets.base(lane));
+        for q in 0..rows_of {
+            let (pair, e2) = row_of::<W, V, MORE>(packets, q, lane);
             // N_k b + e2_k
-            let e2 = &packets.more[2];
-            let row = match (MORE, is_pair) {
-                (true, true) => base.fma(pair, V::halves(&e2[k][slot], &e2[k + 1][slot])),
-                (true, false) => base.fma(pair, V::both(&e2[k][slot])),
-                (false, _) => base * pair,
-            };
+            let row = if MORE { base.fma(pair, e2) } else { base * pair };
             // the same along slot 1
             let mut rows = [row; W];
             if D >= 2 {
-                let e1 = if MORE { across::<W, V, ALL>(packets, 1, slot, pair) } else { [zero; W] };
+                let e1 = if MORE { across::<W, V, ALL>(packets, 1, lane, pair) } else { [zero; W] };
                 for j in 0..W {
                     if !(ALL && j == middle(W)) {
-                        let weight = V::splat(packets.value[1][j][lane]);
+                        let weight = V::all(packets.value(1, j, lane));
                         rows[j] = if MORE { weight.fma(row, e1[j]) } else { weight * row };
                     }
                 }
@@ -223,7 +252,7 @@ unsafe fn add_run<const D: usize, const W: usize, V: Real, const MORE: bool, con
                 }
                 continue;
             }
-            let e0 = if MORE { across::<W, V, ALL>(packets, 0, slot, pair) } else { [zero; W] };
+            let e0 = if MORE { across::<W, V, ALL>(packets, 0, lane, pair) } else { [zero; W] };
             for i in 0..W {
                 for j in 0..W {
                     if ALL && i == middle(W) {
@@ -233,14 +262,14 @@ unsafe fn add_run<const D: usize, const W: usize, V: Real, const MORE: bool, con
                     if MORE && ALL && j == middle(W) {
                         sums[i][j][q] = sums[i][j][q] + e0[i];
                     } else if MORE {
-                        sums[i][j][q] = e0[i].fma(V::splat(packets.value[1][j][lane]), sums[i][j][q]);
+                        sums[i][j][q] = e0[i].fma(V::all(packets.value(1, j, lane)), sums[i][j][q]);
                     }
-                    sums[i][j][q] = rows[j].fma(V::splat(packets.value[0][i][lane]), sums[i][j][q]);
+                    sums[i][j][q] = rows[j].fma(V::all(packets.value(0, i, lane)), sums[i][j][q]);
                 }
             }
         }
     }
-    for q in 0..W.div_ceil(2) {
+    for q in 0..rows_of {
         if ALL && D >= 2 {
             for i in 0..nodes::<D, W>(0) {
                 for j in 0..W {
@@ -262,25 +291,45 @@ unsafe fn add_run<const D: usize, const W: usize, V: Real, const MORE: bool, con
     }
     for i in 0..nodes::<D, W>(0) {
         for j in 0..nodes::<D, W>(1) {
-            for q in 0..W.div_ceil(2) {
+            for q in 0..rows_of {
                 // SAFETY: the caller's promise.
                 unsafe {
-                    let node = to.add(i * stride[0] + j * stride[1] + 2 * q).cast::<f64>();
-                    if 2 * q + 1 < W { sums[i][j][q].add_to(node) } else { sums[i][j][q].add_lower_to(node) }
-                }
+                    sums[i][j][q].add_to(to.add(i * stride[0] + j * stride[1] + V::NODES * q).cast(), V::NODES.min(W - V::NODES * q))
+                };
             }
         }
     }
 }
 
-/// e of slot 0 or 1 times N at two nodes along slot 2; the middle one only where it does not stand for all.
+/// N and e of slot 2 at number `q` of the rows of nodes along it.
 #[inline(always)]
-fn across<const W: usize, V: Real, const ALL: bool>(packets: &super::chunk::Packets<W>, s: usize, slot: usize, pair: V) -> [V; W] {
+fn row_of<const W: usize, V: Real, const MORE: bool>(packets: &Packets<W, V>, q: usize, lane: usize) -> (V, V) {
+    let k = V::NODES * q;
+    let mut n = [V::Number::default(); 4];
+    let mut e = [packets.more(2, k, lane); 4];
+    for node in 0..4 {
+        if node < V::NODES && k + node < W {
+            n[node] = packets.value(2, k + node, lane);
+            e[node] = packets.more(2, k + node, lane);
+        }
+    }
+    let zero = V::splat(0.0);
+    match V::NODES.min(W - k) {
+        1 => (V::all(n[0]), if MORE { V::at_all(e[0]) } else { zero }),
+        2 => (V::spread([n[0], n[1]]), if MORE { V::at_each([e[0], e[1]]) } else { zero }),
+        3 => (V::spread([n[0], n[1], n[2]]), if MORE { V::at_each([e[0], e[1], e[2]]) } else { zero }),
+        _ => (V::spread(n), if MORE { V::at_each(e) } else { zero }),
+    }
+}
+
+/// e of slot 0 or 1 times N at a row of nodes along slot 2; the middle one only where it does not stand for all.
+#[inline(always)]
+fn across<const W: usize, V: Real, const ALL: bool>(packets: &Packets<W, V>, s: usize, lane: usize, pair: V) -> [V; W] {
     let zero = V::splat(0.0);
     let (mut e, mut rest) = ([zero; W], zero);
     for node in 0..W {
         if node != middle(W) {
-            e[node] = V::both(&packets.more[s][node][slot]) * pair;
+            e[node] = V::at_all(packets.more(s, node, lane)) * pair;
             rest = rest - e[node];
         }
     }

@@ -4,7 +4,7 @@
 use super::nodes;
 use crate::basis::{Axis, Places, Stencils, Third};
 use crate::grid::Frame;
-use crate::lanes::Real;
+use crate::lanes::Wide;
 
 /// Shape functions at a few places, place by place.
 #[derive(Debug, Default)]
@@ -19,7 +19,7 @@ pub(crate) struct StencilRows {
 
 /// Place in a tile of the first node of eight particles.
 #[inline(always)]
-pub(super) fn first_nodes<const D: usize, const W: usize, V: Real>(
+pub(super) fn first_nodes<const D: usize, const W: usize, V: Wide>(
     axes: &[Axis],
     x: &[V; D],
     half: &[V; D],
@@ -28,8 +28,8 @@ pub(super) fn first_nodes<const D: usize, const W: usize, V: Real>(
 ) {
     let mut places = Places { position: [[0.0; 8]; D], half: [[0.0; 8]; D] };
     for a in 0..D {
-        x[a].store(&mut places.position[a]);
-        half[a].store(&mut places.half[a]);
+        x[a].store_lanes(&mut places.position[a]);
+        half[a].store_lanes(&mut places.half[a]);
     }
     let stencils = Stencils::<W>::at::<D>(axes, &places, Third::Nothing);
     for (lane, to) in to.iter_mut().enumerate() {

@@ -1,7 +1,7 @@
 //! A sweep over the particles of a bin, chunk by chunk: all take from the grid, all are updated, all give to it. Within a stage nobody waits
 //! for the one before.
 
-use super::chunk::{CHUNK, Chunk, ChunkMemory, store};
+use super::chunk::{CHUNK, Chunk, ChunkMemory, store_eight};
 use super::gather::{gather, locate, places, share};
 use super::scatter::{Field, Source, add, pack};
 use super::task::{Plan, Sweep, SweepReport, What};
@@ -29,7 +29,7 @@ pub(crate) struct Scratch {
 pub(super) unsafe fn sweep<const D: usize, const W: usize, V: Real>(sweep: &Sweep, site: &Site, scratch: &mut Scratch) -> SweepReport {
     let plan = Plan::<W>::new(sweep);
     let Scratch { from, to, memory, sorting } = scratch;
-    let chunk = memory.chunk::<W>();
+    let chunk = memory.chunk::<W, V>();
     if let Some(task) = &sweep.gather {
         site.load(task.needs_force(), from);
     }
@@ -38,9 +38,9 @@ pub(super) unsafe fn sweep<const D: usize, const W: usize, V: Real>(sweep: &Swee
     }
     if sweep.tidy {
         // SAFETY: the caller's promise.
-        unsafe { tidy::<D, W, V>(sweep, &plan, site, &from.frame, chunk, sorting) };
+        unsafe { tidy::<D, W, V::Wide, V::Number>(sweep, &plan, site, &from.frame, &mut chunk.fields, sorting) };
     }
-    let (mut report, mut extremes) = (SweepReport::NOTHING, update::Extremes::<V>::none());
+    let (mut report, mut extremes) = (SweepReport::NOTHING, update::Extremes::<V::Wide>::none());
     let (mut first, end) = (site.bin.start as usize, site.bin.end as usize);
     while first < end {
         // the next chunk begins where a line of the cache does
@@ -59,7 +59,7 @@ pub(super) unsafe fn sweep<const D: usize, const W: usize, V: Real>(sweep: &Swee
         first += count;
     }
     // SAFETY: the caller's promise.
-    unsafe { site.add::<V>(to) };
+    unsafe { site.add::<V::Wide>(to) };
     extremes.report(&mut report);
     report
 }
@@ -75,17 +75,18 @@ unsafe fn take<const D: usize, const W: usize, V: Real>(
     first: usize,
     count: usize,
     from: &Tile,
-    chunk: &mut Chunk<W>,
+    chunk: &mut Chunk<W, V>,
 ) -> u64 {
     let Some(task) = &sweep.gather else { return 0 };
     let mut at = 0;
     while at < count {
         // SAFETY: the caller's promise.
         unsafe {
-            let (x, _) = places::<D, V>(sweep, first + at, LANES.min(count - at));
-            let xi = locate::<D, W, V>(sweep, plan, &x, first + at, at, LANES.min(count - at), &from.frame, chunk);
+            let eight = LANES.min(count - at);
+            let (x, _) = places::<D, V::Wide>(sweep, first + at, eight);
+            let xi = locate::<D, W, V::Wide, V::Number>(sweep, plan, &x, first + at, at, eight, &from.frame, &mut chunk.fields);
             for a in 0..D {
-                store(&mut chunk.xi[a], at, xi[a]);
+                store_eight::<V>(&mut chunk.fields.xi[a], at, xi[a]);
             }
         }
         at += LANES;
@@ -117,18 +118,18 @@ unsafe fn take_fields<const D: usize, const W: usize, V: Real, const GRADIENT: b
     first: usize,
     count: usize,
     from: &Tile,
-    chunk: &mut Chunk<W>,
+    chunk: &mut Chunk<W, V>,
 ) -> u64 {
     let (mut start, mut cell, mut runs) = (0, 0, 0);
     share::<D, W, V>(chunk, start, from, cell);
     while start < count {
-        let end = chunk.end_of_run(start, count);
+        let end = chunk.fields.end_of_run(start, count);
         if end < count {
             // ahead of time, so that nobody waits for it
             share::<D, W, V>(chunk, end, from, cell + 1);
         }
         while start < end {
-            let of_cell = LANES.min(end - start);
+            let of_cell = V::LANES.min(end - start);
             // SAFETY: the caller's promise.
             unsafe { gather::<D, W, V, GRADIENT, AFFINE, INCREMENT>(sweep, plan, first + start, start, of_cell, from, cell, chunk) };
             start += of_cell;
@@ -149,8 +150,8 @@ unsafe fn renew<const D: usize, const W: usize, V: Real, const STRESSED: bool>(
     plan: &Plan<W>,
     first: usize,
     count: usize,
-    chunk: &mut Chunk<W>,
-    extremes: &mut update::Extremes<V>,
+    chunk: &mut Chunk<W, V>,
+    extremes: &mut update::Extremes<V::Wide>,
     report: &mut SweepReport,
 ) {
     let mut at = 0;
@@ -159,11 +160,11 @@ unsafe fn renew<const D: usize, const W: usize, V: Real, const STRESSED: bool>(
         // SAFETY: the caller's promise.
         unsafe {
             let eight = match &sweep.gather {
-                Some(task) => update::update::<D, W, V>(sweep, task, plan, row, at, lanes, chunk, extremes, report),
+                Some(task) => update::update::<D, W, V, V::Wide>(sweep, task, plan, row, at, lanes, &mut chunk.fields, extremes, report),
                 None => Eight::load(sweep, row, lanes),
             };
             if STRESSED {
-                update::stress::<D, W, V>(sweep, plan, &eight, row, at, lanes, chunk);
+                update::stress::<D, W, V, V::Wide>(sweep, plan, &eight, row, at, lanes, &mut chunk.fields);
             }
         }
         at += LANES;
@@ -182,15 +183,17 @@ unsafe fn pack_all<const D: usize, const W: usize, V: Real, const AFFINE: bool, 
     first: usize,
     count: usize,
     frame: &Frame,
-    chunk: &mut Chunk<W>,
+    chunk: &mut Chunk<W, V>,
 ) {
     let Some(task) = &sweep.scatter else { return };
     let source = if sweep.gather.is_some_and(|gather| !gather.keep) { Source::Chunk } else { Source::Rows };
     let mut at = 0;
     while at < count {
         // SAFETY: the caller's promise.
-        unsafe { pack::<D, W, V, AFFINE, STRESSED>(sweep, task, plan, field, source, first + at, at, LANES.min(count - at), frame, chunk) };
-        at += LANES;
+        unsafe {
+            pack::<D, W, V, AFFINE, STRESSED>(sweep, task, plan, field, source, first + at, at, V::LANES.min(count - at), frame, chunk)
+        };
+        at += V::LANES;
     }
 }
 
@@ -205,7 +208,7 @@ unsafe fn give<const D: usize, const W: usize, V: Real>(
     first: usize,
     count: usize,
     to: &mut Tile,
-    chunk: &mut Chunk<W>,
+    chunk: &mut Chunk<W, V>,
 ) {
     let Some(task) = &sweep.scatter else { return };
     let (affine, kicked) = (sweep.model.needs.affine, matches!(task.what, What::Kicked(_)));

@@ -1,11 +1,11 @@
 //! Sorts the particles of a bin by cell, while they are at hand: most of those that change their cell stay in their bin.
 
-use super::chunk::Chunk;
+use super::chunk::Fields;
 use super::gather::{locate, places};
 use super::rows::Spare;
 use super::task::{Plan, Sweep};
 use crate::grid::{Frame, Site};
-use crate::lanes::{LANES, Real};
+use crate::lanes::{LANES, Number, Wide};
 
 /// Memory of a sort.
 #[derive(Debug, Default)]
@@ -23,12 +23,12 @@ pub(super) struct Sorting {
 /// # Safety
 /// As [`super::Kernels::sweep`].
 #[inline(always)]
-pub(super) unsafe fn tidy<const D: usize, const W: usize, V: Real>(
+pub(super) unsafe fn tidy<const D: usize, const W: usize, V: Wide, N: Number>(
     sweep: &Sweep,
     plan: &Plan<W>,
     site: &Site,
     frame: &Frame,
-    chunk: &mut Chunk<W>,
+    fields: &mut Fields<N>,
     memory: &mut Sorting,
 ) {
     let Sorting { nodes, next, order, spare } = memory;
@@ -40,9 +40,9 @@ pub(super) unsafe fn tidy<const D: usize, const W: usize, V: Real>(
         // SAFETY: the caller's promise.
         unsafe {
             let (x, _) = places::<D, V>(sweep, row, count);
-            locate::<D, W, V>(sweep, plan, &x, row, 0, count, frame, chunk);
+            locate::<D, W, V, N>(sweep, plan, &x, row, 0, count, frame, fields);
         }
-        nodes.extend_from_slice(&chunk.node[..count]);
+        nodes.extend_from_slice(&fields.node[..count]);
         row += count;
     }
     if nodes.is_sorted() {

@@ -1,24 +1,24 @@
 //! The update of the particles from what they took from the grid: eight at a time, where that is worth it.
 
-use super::chunk::{Chunk, load, store};
+use super::chunk::{Fields, load_eight, store_eight};
 use super::task::{Fault, FaultKind, GatherTask, Plan, Sweep, SweepReport, What};
 use super::{particle, rate};
-use crate::lanes::{Batch, LANES, Mask, Real};
+use crate::lanes::{Batch, LANES, Mask, Real, Wide};
 use crate::material::Material;
 
 /// Largest of some numbers, lane by lane (see [`SweepReport`]).
-pub(super) struct Extremes<V> {
-    way: V,
-    stiffening: V,
-    speed: V,
-    work: V,
+pub(super) struct Extremes<E> {
+    way: E,
+    stiffening: E,
+    speed: E,
+    work: E,
 }
 
-impl<V: Real> Extremes<V> {
+impl<E: Wide> Extremes<E> {
     /// Of no particles.
     #[inline(always)]
     pub(super) fn none() -> Self {
-        let zero = V::splat(0.0);
+        let zero = E::splat(0.0);
         Self { way: zero, stiffening: zero, speed: zero, work: zero }
     }
 
@@ -26,10 +26,10 @@ impl<V: Real> Extremes<V> {
     #[inline(always)]
     pub(super) fn report(&self, report: &mut SweepReport) {
         let (mut way, mut stiffening, mut speed, mut work) = (Batch::default(), Batch::default(), Batch::default(), Batch::default());
-        self.way.store(&mut way);
-        self.stiffening.store(&mut stiffening);
-        self.speed.store(&mut speed);
-        self.work.store(&mut work);
+        self.way.store_lanes(&mut way);
+        self.stiffening.store_lanes(&mut stiffening);
+        self.speed.store_lanes(&mut speed);
+        self.work.store_lanes(&mut work);
         for lane in 0..LANES {
             report.work += work[lane];
             report.way = report.way.max(way[lane]);
@@ -40,14 +40,14 @@ impl<V: Real> Extremes<V> {
 }
 
 /// What the kernels keep of eight particles while they work on them.
-pub(super) struct Eight<V, const D: usize> {
+pub(super) struct Eight<E, const D: usize> {
     /// Position \[m\].
-    pub(super) position: [V; D],
+    pub(super) position: [E; D],
     /// Deformation gradient.
-    deformation: [[V; D]; D],
+    deformation: [[E; D]; D],
 }
 
-impl<V: Real, const D: usize> Eight<V, D> {
+impl<E: Wide, const D: usize> Eight<E, D> {
     /// `count` particles from row `first` on.
     ///
     /// # Safety
@@ -55,69 +55,69 @@ impl<V: Real, const D: usize> Eight<V, D> {
     #[inline(always)]
     pub(super) unsafe fn load(sweep: &Sweep, first: usize, count: usize) -> Self {
         let rows = &sweep.rows;
-        let (mut position, mut deformation) = ([V::splat(0.0); D], [[V::splat(0.0); D]; D]);
+        let (mut position, mut deformation) = ([E::splat(0.0); D], [[E::splat(0.0); D]; D]);
         for a in 0..D {
             // SAFETY: the rows are the caller's.
-            position[a] = unsafe { V::load_some(rows.position.at(a, first), count) };
+            position[a] = unsafe { E::load_some(rows.position.at(a, first), count) };
             for k in 0..D {
                 // SAFETY: as above.
-                deformation[a][k] = unsafe { V::load_some(rows.deformation.at(D * a + k, first), count) };
+                deformation[a][k] = unsafe { E::load_some(rows.deformation.at(D * a + k, first), count) };
             }
         }
         Self { position, deformation }
     }
 }
 
-/// Velocity, position and deformation of `count` particles from `first` on, the first of which is number `at` of the chunk.
+/// Velocity, position and deformation of `count` particles from `first` on, the first of which is number `at` of the fields.
 ///
 /// # Safety
 /// The rows are the caller's; there are at most [`LANES`].
 #[inline(always)]
-pub(super) unsafe fn update<const D: usize, const W: usize, V: Real>(
+pub(super) unsafe fn update<const D: usize, const W: usize, V: Real<Wide = E>, E: Wide>(
     sweep: &Sweep,
     task: &GatherTask,
     plan: &Plan<W>,
     first: usize,
     at: usize,
     count: usize,
-    chunk: &mut Chunk<W>,
-    extremes: &mut Extremes<V>,
+    fields: &mut Fields<V::Number>,
+    extremes: &mut Extremes<E>,
     report: &mut SweepReport,
-) -> Eight<V, D> {
+) -> Eight<E, D> {
     if !plan.update_in_lanes {
         // SAFETY: the rows are ours.
         return unsafe {
-            particle::update_some::<D, W>(sweep, task, first, at, count, chunk, report);
+            particle::update_some::<D, V::Number>(sweep, task, first, at, count, fields, report);
             Eight::load(sweep, first, count)
         };
     }
     let rows = &sweep.rows;
     // SAFETY: the rows are ours.
-    let mut eight = unsafe { Eight::<V, D>::load(sweep, first, count) };
+    let mut eight = unsafe { Eight::<E, D>::load(sweep, first, count) };
     let all = ((1u32 << count) - 1) as Mask;
-    let mut velocity = [V::splat(0.0); D];
+    let mut velocity = [E::splat(0.0); D];
     for a in 0..D {
-        velocity[a] = load(&chunk.velocity[a], at);
+        velocity[a] = load_eight::<V>(&fields.velocity[a], at);
     }
     let grid_velocity = velocity;
     if let Some(kick) = task.kick {
         if task.increment {
             for a in 0..D {
-                let change = V::splat(kick) * load(&chunk.acceleration[1 + a], at);
+                let change = E::splat(kick) * load_eight::<V>(&fields.acceleration[1 + a], at);
                 // SAFETY: the rows are ours.
-                let flip = unsafe { V::load_some(rows.velocity.at(a, first), count) } + change;
+                let flip = unsafe { E::load_some(rows.velocity.at(a, first), count) } + change;
                 // a pure FLIP must not touch the PIC velocity: 0 times it may lose the last bit
                 velocity[a] = if task.flip_share == 1.0 {
                     flip
                 } else if task.flip_share == 0.0 {
                     velocity[a] + change
                 } else {
-                    V::splat(task.flip_share) * flip + V::splat(1.0 - task.flip_share) * velocity[a]
+                    E::splat(task.flip_share) * flip + E::splat(1.0 - task.flip_share) * velocity[a]
                 };
             }
         }
         for a in 0..D {
-            store(&mut chunk.velocity[a], at, velocity[a]);
+            store_eight::<V>(&mut fields.velocity[a], at, velocity[a]);
             if task.keep {
                 // SAFETY: the rows are ours.
                 unsafe { velocity[a].store_some(rows.velocity.at(a, first), count) };
@@ -125,29 +125,29 @@ pub(super) unsafe fn update<const D: usize, const W: usize, V: Real>(
             if task.affine && task.keep {
                 for k in 0..D {
                     // SAFETY: the rows are ours, and there is an affine matrix.
-                    unsafe { load::<V>(&chunk.affine[a][k], at).store_some(rows.affine.at(D * a + k, first), count) };
+                    unsafe { load_eight::<V>(&fields.affine[a][k], at).store_some(rows.affine.at(D * a + k, first), count) };
                 }
             }
         }
     }
     let mut faulty = 0;
     if let Some(dt) = task.drift {
-        let (mut work, mut way) = (V::splat(0.0), V::splat(0.0));
-        let (mut new, mut inside) = ([V::splat(0.0); D], all);
+        let (mut work, mut way) = (E::splat(0.0), E::splat(0.0));
+        let (mut new, mut inside) = ([E::splat(0.0); D], all);
         for a in 0..D {
-            let motion = V::splat(dt) * grid_velocity[a];
+            let motion = E::splat(dt) * grid_velocity[a];
             new[a] = eight.position[a] + motion;
             let axis = &plan.tables[a];
-            way = way.max((motion * V::splat(axis.inverse)).abs().select(all, V::splat(0.0)));
+            way = way.max((motion * E::splat(axis.inverse)).abs().select(all, E::splat(0.0)));
             let s = axis.place(new[a]);
             let (low, high) = axis.ends;
             // also outside where the position is no number
-            inside &= V::splat(low).at_most(s) & s.at_most(V::splat(high));
+            inside &= E::splat(low).at_most(s) & s.at_most(E::splat(high));
             if task.work {
-                let mut body_force = V::splat(task.gravity[a]);
+                let mut body_force = E::splat(task.gravity[a]);
                 if let Some(own) = task.body_force.get(a) {
                     // SAFETY: a number a particle.
-                    body_force = body_force + unsafe { V::load_some(own.as_ptr().add(first), count) };
+                    body_force = body_force + unsafe { E::load_some(own.as_ptr().add(first), count) };
                 }
                 work = body_force.fma(motion, work);
             }
@@ -157,7 +157,7 @@ pub(super) unsafe fn update<const D: usize, const W: usize, V: Real>(
         if faulty != 0 {
             let mut places = [Batch::default(); 3];
             for a in 0..D {
-                new[a].store(&mut places[a]);
+                new[a].store_lanes(&mut places[a]);
             }
             let lane = faulty.trailing_zeros() as usize;
             let place = [places[0][lane], places[1][lane], places[2][lane]];
@@ -171,27 +171,27 @@ pub(super) unsafe fn update<const D: usize, const W: usize, V: Real>(
         }
         if task.work {
             // SAFETY: a number a particle.
-            let work = work * unsafe { V::load_some(rows.mass(first), count) };
-            extremes.work = extremes.work + work.select(all, V::splat(0.0));
+            let work = work * unsafe { E::load_some(rows.mass(first), count) };
+            extremes.work = extremes.work + work.select(all, E::splat(0.0));
         }
     }
     let Some(dt) = task.strain else { return eight };
     let (old, mut f) = (eight.deformation, eight.deformation);
     for r in 0..D {
         for c in 0..D {
-            let mut rate = load::<V>(&chunk.gradient[r][0], at) * old[0][c];
+            let mut rate = load_eight::<V>(&fields.gradient[r][0], at) * old[0][c];
             for k in 1..D {
-                rate = load::<V>(&chunk.gradient[r][k], at).fma(old[k][c], rate);
+                rate = load_eight::<V>(&fields.gradient[r][k], at).fma(old[k][c], rate);
             }
-            f[r][c] = V::splat(dt).fma(rate, old[r][c]);
+            f[r][c] = E::splat(dt).fma(rate, old[r][c]);
         }
     }
     if task.gradient_is_new {
-        let mut back = [[V::splat(0.0); D]; D];
+        let mut back = [[E::splat(0.0); D]; D];
         for r in 0..D {
             for c in 0..D {
                 let identity = if r == c { 1.0 } else { 0.0 };
-                back[r][c] = V::splat(dt).fnma(load::<V>(&chunk.gradient[r][c], at), V::splat(identity));
+                back[r][c] = E::splat(dt).fnma(load_eight::<V>(&fields.gradient[r][c], at), E::splat(identity));
             }
         }
         f = solved(&back, &old);
@@ -199,11 +199,11 @@ pub(super) unsafe fn update<const D: usize, const W: usize, V: Real>(
     eight.deformation = f;
     let jacobian = determinant(&f);
     // also not sound where it is no number
-    let sound = V::splat(0.0).below(jacobian) & jacobian.below(V::splat(f64::INFINITY));
+    let sound = E::splat(0.0).below(jacobian) & jacobian.below(E::splat(f64::INFINITY));
     let inverted = all & !sound & !faulty;
     if inverted != 0 {
         let mut of = Batch::default();
-        jacobian.store(&mut of);
+        jacobian.store_lanes(&mut of);
         let lane = inverted.trailing_zeros() as usize;
         note(report, Fault { row: first + lane, kind: FaultKind::of_jacobian(of[lane]) });
     }
@@ -217,26 +217,26 @@ pub(super) unsafe fn update<const D: usize, const W: usize, V: Real>(
         // the law is about the volume ratio at the positions that the gradient refers to
         let volume = if task.gradient_is_new { jacobian } else { determinant(&old) };
         // SAFETY: the rows are ours.
-        unsafe { rate::update::<D, V>(sweep, dt, &chunk.gradient, volume, first, at, count) };
+        unsafe { rate::update::<D, V, E>(sweep, dt, &fields.gradient, volume, first, at, count) };
     }
     if task.pace {
         // SAFETY: the rows are ours.
-        let velocity = if task.kick.is_some() { velocity } else { unsafe { velocities::<D, V>(sweep, first, count) } };
-        pace::<D, V>(sweep, first, count, &f, jacobian, &velocity, extremes);
+        let velocity = if task.kick.is_some() { velocity } else { unsafe { velocities::<D, E>(sweep, first, count) } };
+        pace::<D, E>(sweep, first, count, &f, jacobian, &velocity, extremes);
     }
     eight
 }
 
 /// A^-1 B.
 #[inline(always)]
-fn solved<const D: usize, V: Real>(a: &[[V; D]; D], b: &[[V; D]; D]) -> [[V; D]; D] {
-    let inverse = V::splat(1.0) / determinant(a);
-    let mut solved = [[V::splat(0.0); D]; D];
+fn solved<const D: usize, E: Wide>(a: &[[E; D]; D], b: &[[E; D]; D]) -> [[E; D]; D] {
+    let inverse = E::splat(1.0) / determinant(a);
+    let mut solved = [[E::splat(0.0); D]; D];
     for r in 0..D {
         for k in 0..D {
             // cofactor of row k, column r
             let cofactor = match D {
-                1 => V::splat(1.0),
+                1 => E::splat(1.0),
                 2 if r == k => a[1 - k][1 - r],
                 2 => -a[1 - k][1 - r],
                 _ => {
@@ -260,11 +260,11 @@ fn solved<const D: usize, V: Real>(a: &[[V; D]; D], b: &[[V; D]; D]) -> [[V; D];
 /// # Safety
 /// The rows are the caller's.
 #[inline(always)]
-unsafe fn velocities<const D: usize, V: Real>(sweep: &Sweep, first: usize, count: usize) -> [V; D] {
-    let mut velocity = [V::splat(0.0); D];
+unsafe fn velocities<const D: usize, E: Wide>(sweep: &Sweep, first: usize, count: usize) -> [E; D] {
+    let mut velocity = [E::splat(0.0); D];
     for a in 0..D {
         // SAFETY: the rows are ours.
-        velocity[a] = unsafe { V::load_some(sweep.rows.velocity.at(a, first), count) };
+        velocity[a] = unsafe { E::load_some(sweep.rows.velocity.at(a, first), count) };
     }
     velocity
 }
@@ -279,16 +279,16 @@ fn note(report: &mut SweepReport, fault: Fault) {
 
 /// Stiffness and speed of neo-Hookean particles (see `neo_hookean::wave_modulus`).
 #[inline(always)]
-fn pace<const D: usize, V: Real>(
+fn pace<const D: usize, E: Wide>(
     sweep: &Sweep,
     first: usize,
     count: usize,
-    f: &[[V; D]; D],
-    jacobian: V,
-    velocity: &[V; D],
-    extremes: &mut Extremes<V>,
+    f: &[[E; D]; D],
+    jacobian: E,
+    velocity: &[E; D],
+    extremes: &mut Extremes<E>,
 ) {
-    let (one, two) = (V::splat(1.0), V::splat(2.0));
+    let (one, two) = (E::splat(1.0), E::splat(2.0));
     let mut stretch = one;
     for i in 0..D {
         let mut row = dot(&f[i], &f[0]).abs();
@@ -297,8 +297,8 @@ fn pace<const D: usize, V: Real>(
         }
         stretch = stretch.max(row);
     }
-    let compression = (-jacobian.ln()).max(V::splat(0.0));
-    let (lambda, mu) = lame::<V>(sweep, first, count);
+    let compression = (-jacobian.ln()).max(E::splat(0.0));
+    let (lambda, mu) = lame::<E>(sweep, first, count);
     let at_rest = two.fma(mu, lambda);
     let stiffening = (two * mu).fma(stretch, lambda.fma(compression, lambda)) / at_rest;
     let mut density = [sweep.model.bodies[0].density; LANES];
@@ -307,15 +307,15 @@ fn pace<const D: usize, V: Real>(
             density[lane] = sweep.model.bodies[unsafe { sweep.rows.body(first + lane) }].density;
         }
     }
-    let speed = dot(velocity, velocity) * V::load(&density) / at_rest;
+    let speed = dot(velocity, velocity) * E::load_eight(&density) / at_rest;
     // lanes without a particle say nothing
     let all = ((1u32 << count) - 1) as Mask;
     extremes.stiffening = extremes.stiffening.max(stiffening.select(all, one));
-    extremes.speed = extremes.speed.max(speed.select(all, V::splat(0.0)));
+    extremes.speed = extremes.speed.max(speed.select(all, E::splat(0.0)));
 }
 
 #[inline(always)]
-fn dot<const D: usize, V: Real>(a: &[V; D], b: &[V; D]) -> V {
+fn dot<const D: usize, E: Wide>(a: &[E; D], b: &[E; D]) -> E {
     let mut sum = a[0] * b[0];
     for k in 1..D {
         sum = a[k].fma(b[k], sum);
@@ -325,7 +325,7 @@ fn dot<const D: usize, V: Real>(a: &[V; D], b: &[V; D]) -> V {
 
 /// Determinant of the deformation gradient; 1 across what is not there.
 #[inline(always)]
-pub(super) fn determinant<const D: usize, V: Real>(f: &[[V; D]; D]) -> V {
+pub(super) fn determinant<const D: usize, E: Wide>(f: &[[E; D]; D]) -> E {
     match D {
         1 => f[0][0],
         2 => f[0][1].fnma(f[1][0], f[0][0] * f[1][1]),
@@ -344,58 +344,58 @@ pub(super) fn determinant<const D: usize, V: Real>(f: &[[V; D]; D]) -> V {
 /// # Safety
 /// The rows are the caller's; there are at most [`LANES`].
 #[inline(always)]
-pub(super) unsafe fn stress<const D: usize, const W: usize, V: Real>(
+pub(super) unsafe fn stress<const D: usize, const W: usize, V: Real<Wide = E>, E: Wide>(
     sweep: &Sweep,
     plan: &Plan<W>,
-    eight: &Eight<V, D>,
+    eight: &Eight<E, D>,
     first: usize,
     at: usize,
     count: usize,
-    chunk: &mut Chunk<W>,
+    fields: &mut Fields<V::Number>,
 ) {
     let Some(task) = &sweep.scatter else { return };
     let scale = if let What::Kicked(kick) = task.what { kick } else { 1.0 };
     if !plan.stress_in_lanes || !task.relieved.is_empty() {
         // SAFETY: the rows are ours.
-        unsafe { particle::stress_of_some::<D, W>(sweep, scale, task.relieved, first, at, count, chunk) };
+        unsafe { particle::stress_of_some::<D, V::Number>(sweep, scale, task.relieved, first, at, count, fields) };
         return;
     }
     // SAFETY: a number a particle.
-    let weight = V::splat(-scale) * unsafe { V::load_some(sweep.rows.volume(first), count) };
+    let weight = E::splat(-scale) * unsafe { E::load_some(sweep.rows.volume(first), count) };
     if plan.by_rate {
         for r in 0..D {
             for c in r..D {
                 // SAFETY: the rows are ours.
-                let tau = unsafe { V::load_some(sweep.rows.history.at(rate::COMPONENT[r][c], first), count) };
-                store(&mut chunk.force[r][c], at, weight * tau);
+                let tau = unsafe { E::load_some(sweep.rows.history.at(rate::COMPONENT[r][c], first), count) };
+                store_eight::<V>(&mut fields.force[r][c], at, weight * tau);
             }
         }
         return;
     }
     let f = &eight.deformation;
-    let (lambda, mu) = lame::<V>(sweep, first, count);
+    let (lambda, mu) = lame::<E>(sweep, first, count);
     let pressure = lambda.fma(determinant(f).ln(), -mu);
     for r in 0..D {
         for c in r..D {
             let b = dot(&f[r], &f[c]);
             let tau = if r == c { mu.fma(b, pressure) } else { mu * b };
-            store(&mut chunk.force[r][c], at, weight * tau);
+            store_eight::<V>(&mut fields.force[r][c], at, weight * tau);
         }
     }
 }
 
 /// Lamé constants of the particles from `first` on.
 #[inline(always)]
-pub(super) fn lame<V: Real>(sweep: &Sweep, first: usize, count: usize) -> (V, V) {
+pub(super) fn lame<E: Wide>(sweep: &Sweep, first: usize, count: usize) -> (E, E) {
     let of = |material: &Material| (material.lame().lambda, material.lame().mu);
     if sweep.model.bodies.len() == 1 {
         let (lambda, mu) = of(&sweep.model.bodies[0].material);
-        return (V::splat(lambda), V::splat(mu));
+        return (E::splat(lambda), E::splat(mu));
     }
     // lanes without a particle get what can be divided by
     let (mut lambda, mut mu) = ([1.0; LANES], [1.0; LANES]);
     for lane in 0..count {
         (lambda[lane], mu[lane]) = of(sweep.model.material(unsafe { sweep.rows.body(first + lane) } as u16));
     }
-    (V::load(&lambda), V::load(&mu))
+    (E::load_eight(&lambda), E::load_eight(&mu))
 }

@@ -1,8 +1,9 @@
 //! Methods that make no sense, and those that are seldom wise.
 
 use super::super::fault::plain;
-use super::super::{Basis, Fault, Integrator, Law, LinearSolver, Mass, Method, Plane, Positions, Quadrature, Scene, Transfer};
+use super::super::{Basis, Fault, Integrator, Law, LinearSolver, Mass, Method, Plane, Positions, Precision, Quadrature, Scene, Transfer};
 use super::Check;
+use crate::transfer::WIDEST_SINGLE;
 
 /// Most terms of FMPM.
 const MOST_TERMS: usize = 100;
@@ -47,6 +48,7 @@ impl Check<'_> {
         }
         self.integrator();
         self.formulation();
+        self.precision();
         self.mass();
         if !method.is_total() {
             self.affine();
@@ -197,6 +199,29 @@ impl Check<'_> {
             format!("{}; take lumped, consistent, and no balance_mass", why("is one which"))
         });
         self.require(self.scene.contact.is_none(), "contact", || why("is what"));
+    }
+
+    /// What transfers in single precision do not have.
+    fn precision(&mut self) {
+        let method = &self.scene.method;
+        let is_spline = matches!(method.basis, Basis::Linear | Basis::Bspline);
+        let most = WIDEST_SINGLE - 1;
+        let reason = if method.precision == Precision::Double {
+            return;
+        } else if method.is_total() {
+            "is for formulation = \"updated\": in \"total\" nothing travels between particles and grid".into()
+        } else if method.integrator().is_implicit() {
+            format!("does not go with integrator = \"{}\", which balances forces to more digits than it has", word(&method.integrator()))
+        } else if !is_spline || method.basis == Basis::Bspline && method.spline_degree() > most {
+            format!("is for linear functions and B-splines of degree up to {most}")
+        } else if method.quadrature != Quadrature::Particles {
+            "is for quadrature = \"particles\"".into()
+        } else if method.mass() != Mass::Lumped || method.mass_of_balance() != Mass::Lumped {
+            "is for a lumped mass".into()
+        } else {
+            return;
+        };
+        self.fault("method.precision", format!("is \"single\", which {reason}; take it away"));
     }
 
     fn mass(&mut self) {
