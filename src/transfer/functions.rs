@@ -1,6 +1,7 @@
 //! Shape functions at eight particles, a lane each.
 
-use crate::basis::{Axis, OFF_EDGE, Places, Stencils, Third};
+use super::task::Plan;
+use crate::basis::{Axis, NO_MOMENT, OFF_EDGE, Places, Stencils, Third};
 use crate::grid::Frame;
 use crate::lanes::{LANES, Mask, Real};
 
@@ -20,7 +21,7 @@ pub(super) struct Line<V, const W: usize> {
 pub(super) struct AxisTable<const W: usize> {
     /// First and last of these cells; a first beyond the last where there are none.
     pub(super) cells: (f64, f64),
-    /// Coefficients of N by power and function.
+    /// Coefficients of N by power and function; of three functions a cell they are known.
     value: [[f64; W]; W],
     /// Of dN/dx \[1/m\], by power and function.
     slope: [[f64; W]; W],
@@ -55,10 +56,13 @@ impl<const W: usize> AxisTable<W> {
         };
         if let Some(inner) = axis.inner() {
             let (value, nodes) = axis.inner_piece::<W>(inner);
-            (of.cells, of.value, of.nodes) = (inner.cells, *value, *nodes);
-            for power in 1..W {
-                for a in 0..W {
-                    of.slope[power - 1][a] = power as f64 * value[power][a] * axis.inverse_cell();
+            (of.cells, of.nodes) = (inner.cells, *nodes);
+            if W != 3 {
+                of.value = *value;
+                for power in 1..W {
+                    for a in 0..W {
+                        of.slope[power - 1][a] = power as f64 * value[power][a] * axis.inverse_cell();
+                    }
                 }
             }
         }
@@ -141,37 +145,87 @@ pub(super) fn inner_functions<const D: usize, const W: usize, V: Real>(
 #[inline(always)]
 pub(super) fn functions<const D: usize, const W: usize, V: Real>(
     axes: &[Axis],
+    plan: &Plan<W>,
     x: &[V; D],
     half: &[V; D],
     third: Third,
 ) -> [Line<V, W>; 3] {
+    let zero = V::splat(0.0);
+    let mut lines = [Line { value: [zero; W], slope: [zero; W], third: [zero; W] }; 3];
+    if plan.splines {
+        for a in 0..D {
+            lines[3 - D + a] = splines(&axes[a], &plan.tables[a], x[a], third);
+        }
+        return lines;
+    }
     let mut places = Places { position: [[0.0; LANES]; D], half: [[0.0; LANES]; D] };
     for number in 0..D {
         x[number].store(&mut places.position[number]);
         half[number].store(&mut places.half[number]);
     }
     let stencils = one_by_one::<D, W>(axes, &places, third);
-    [loaded(&stencils, 0), loaded(&stencils, 1), loaded(&stencils, 2)]
-}
-
-/// A slot of stencils in memory.
-#[inline(always)]
-fn loaded<const W: usize, V: Real>(stencils: &Stencils<W>, slot: usize) -> Line<V, W> {
-    let zero = V::splat(0.0);
-    let mut line = Line { value: [zero; W], slope: [zero; W], third: [zero; W] };
-    for a in 0..W {
-        line.value[a] = V::load(&stencils.weight[slot][a]);
-        line.slope[a] = V::load(&stencils.slope[slot][a]);
-        line.third[a] = V::load(&stencils.third[slot][a]);
+    for slot in 3 - D..3 {
+        for a in 0..W {
+            lines[slot].value[a] = V::load(&stencils.weight[slot][a]);
+            lines[slot].slope[a] = V::load(&stencils.slope[slot][a]);
+            lines[slot].third[a] = V::load(&stencils.third[slot][a]);
+        }
     }
-    line
+    lines
 }
 
-/// Cells near the ends of the grid, elements and domains.
+/// Elements and domains.
 #[cold]
 #[inline(never)]
 fn one_by_one<const D: usize, const W: usize>(axes: &[Axis], places: &Places<D>, third: Third) -> Stencils<W> {
     Stencils::at::<D>(axes, places, third)
+}
+
+/// B-splines at eight places: class by class of the cells that they are in, which most often is one.
+#[inline(always)]
+fn splines<const W: usize, V: Real>(axis: &Axis, table: &AxisTable<W>, x: V, third: Third) -> Line<V, W> {
+    let (zero, h, inverse) = (V::splat(0.0), V::splat(table.cell), V::splat(table.inverse));
+    let mut line = Line { value: [zero; W], slope: [zero; W], third: [zero; W] };
+    let (cell, xi) = table.cell_of(x);
+    let (mut cells, mut moment, mut done) = ([0.0; LANES], zero, 0);
+    cell.store(&mut cells);
+    while done != Mask::MAX {
+        let this = cells[done.trailing_ones() as usize % LANES];
+        let (coefficients, nodes) = axis.piece::<W>(axis.class(this as i32));
+        // all inner cells are of one class, any other is alone
+        let (first, last) = if table.cells.0 <= this && this <= table.cells.1 { table.cells } else { (this, this) };
+        let here = V::splat(first).at_most(cell) & cell.at_most(V::splat(last));
+        for a in 0..W {
+            let (mut value, mut slope) = (V::splat(coefficients[W - 1][a]), zero);
+            for power in 1..W {
+                slope = slope.fma(xi, value);
+                value = value.fma(xi, V::splat(coefficients[W - 1 - power][a]));
+            }
+            line.value[a] = value.select(here, line.value[a]);
+            line.slope[a] = (slope * inverse).select(here, line.slope[a]);
+            if third != Third::Nothing {
+                line.third[a] = ((V::splat(nodes[a]) - xi) * h).select(here, line.third[a]);
+            }
+        }
+        // also where a place is no number, so that this ends
+        done |= here | 1 << (done.trailing_ones() % LANES as u32);
+    }
+    if third == Third::Nothing {
+        return line;
+    }
+    for a in 0..W {
+        let arm = line.third[a];
+        line.third[a] = line.value[a] * arm;
+        moment = line.third[a].fma(arm, moment);
+    }
+    if third == Third::Affine {
+        // on a node the moment vanishes, and the weights tend to the slopes; those of linear functions always are
+        let vanishes = moment.below(V::splat(NO_MOMENT * table.cell * table.cell));
+        for a in 0..W {
+            line.third[a] = if W == 2 { line.slope[a] } else { line.slope[a].select(vanishes, line.third[a] / moment) };
+        }
+    }
+    line
 }
 
 /// Local coordinates of eight positions in their cells. Writes the places of their first nodes in a tile, and returns those whose
@@ -210,4 +264,47 @@ pub(super) fn locate<const D: usize, const W: usize, V: Real>(
     // negative where a particle is not in the tile, which never is: then far beyond it
     index.store_indices(nodes);
     (xi, outside)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::basis::Family;
+    use crate::lanes::Plain;
+
+    /// Eight at once against one by one, with eight particles in one cell and with eight far apart.
+    fn check<const W: usize>(cells: usize) {
+        let axis = Axis::new(-1.0, 0.5, cells, Family::OpenSpline(W - 1));
+        let table = AxisTable::<W>::new(&axis);
+        let length = 0.5 * cells as f64;
+        for third in [Third::Nothing, Third::Arm, Third::Affine] {
+            for (start, apart) in (0..=100).flat_map(|n| [1e-3, 0.124].map(|apart| (n as f64 / 100.0, apart))) {
+                let x: [f64; LANES] = std::array::from_fn(|lane| -1.0 + length * (start + apart * lane as f64).rem_euclid(1.0));
+                let ours = splines::<W, Plain>(&axis, &table, Plain::load(&x), third);
+                let theirs = Stencils::<W>::at::<1>(std::slice::from_ref(&axis), &Places { position: [x], half: [[0.0; LANES]] }, third);
+                for a in 0..W {
+                    let pairs = [(ours.value, theirs.weight), (ours.slope, theirs.slope), (ours.third, theirs.third)];
+                    for (ours, theirs) in pairs {
+                        let mut numbers = [0.0; LANES];
+                        ours[a].store(&mut numbers);
+                        for lane in 0..LANES {
+                            // polynomials of a few terms; affine weights divide by moments that are small beside a node
+                            let bound = if third == Third::Affine { 1e-6 } else { 1e-13 };
+                            assert!((numbers[lane] - theirs[2][a][lane]).abs() < bound, "{W} {cells} cells at {}", x[lane]);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn splines_at_eight_places_are_those_at_one() {
+        for cells in [4, 5, 12] {
+            check::<2>(cells);
+            check::<3>(cells);
+            check::<4>(cells);
+            check::<6>(cells);
+        }
+    }
 }

@@ -39,7 +39,7 @@ pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADI
     } else {
         // SAFETY: the rows are ours.
         let (x, half) = unsafe { places::<D, V>(sweep, first, count) };
-        functions::<D, W, V>(axes, &x, &half, third)
+        functions::<D, W, V>(axes, plan, &x, &half, third)
     };
     let by_differences = inner && W > 2;
     for component in 0..D {

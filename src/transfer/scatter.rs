@@ -70,7 +70,7 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real>(
     } else {
         // SAFETY: the rows are ours.
         let (x, half) = unsafe { places::<D, V>(sweep, first, count) };
-        functions::<D, W, V>(axes, &x, &half, third)
+        functions::<D, W, V>(axes, plan, &x, &half, third)
     };
     // SAFETY: a number a particle.
     let mass = unsafe { V::load_some(rows.mass(first), count) };
