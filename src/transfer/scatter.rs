@@ -56,7 +56,8 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real>(
         super::What::Kicked(kick) => Some(kick),
         _ => None,
     };
-    let (affine, stressed) = (momentum && sweep.model.needs.affine, !momentum || kick.is_some());
+    let affine = momentum && sweep.model.needs.affine;
+    let stressed = !momentum || task.packs_stress(affine);
     let mut stress = [[zero; D]; D];
     if stressed {
         // SAFETY: the rows are ours.
@@ -86,12 +87,9 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real>(
             base[1 + a] = mass * velocity;
         }
     }
-    if stressed {
-        for (a, of) in task.body_force.iter().enumerate() {
-            // SAFETY: a number a particle.
-            let force = mass * unsafe { V::load_some(of.as_ptr().add(first), count) };
-            base[1 + a] = V::splat(kick.unwrap_or(1.0)).fma(force, base[1 + a]);
-        }
+    if kick.is_some() || !momentum {
+        // SAFETY: the rows are ours.
+        unsafe { push::<V>(task, kick.unwrap_or(1.0), mass, &mut base, first, count) };
     }
     V::turn(base, &mut chunk.packets[at % CHUNK / LANES].base);
     for slot in 3 - D..3 {
@@ -134,6 +132,41 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real>(
             V::turn(rest, &mut chunk.packets[at % CHUNK / LANES].more[slot][middle(W)]);
         }
     }
+}
+
+/// Adds body forces times `scale` to what goes to the nodes by value.
+///
+/// # Safety
+/// The rows are the caller's; there are at most [`LANES`].
+#[inline(always)]
+unsafe fn push<V: Real>(task: &ScatterTask, scale: f64, mass: V, base: &mut [V; 4], first: usize, count: usize) {
+    for (a, of) in task.body_force.iter().enumerate() {
+        // SAFETY: a number a particle.
+        let force = mass * unsafe { V::load_some(of.as_ptr().add(first), count) };
+        base[1 + a] = V::splat(scale).fma(force, base[1 + a]);
+    }
+}
+
+/// Makes packets of momentum, packed with the stress, those of forces.
+///
+/// # Safety
+/// As [`pack`].
+#[inline(always)]
+pub(super) unsafe fn repack<const W: usize, V: Real>(
+    sweep: &Sweep,
+    task: &ScatterTask,
+    first: usize,
+    at: usize,
+    count: usize,
+    chunk: &mut Chunk<W>,
+) {
+    let mut base = [V::splat(0.0); 4];
+    // SAFETY: the rows are ours.
+    unsafe {
+        let mass = V::load_some(sweep.rows.mass(first), count);
+        push::<V>(task, 1.0, mass, &mut base, first, count);
+    }
+    V::turn(base, &mut chunk.packets[at % CHUNK / LANES].base);
 }
 
 /// Adds the packets of the first `count` particles of the chunk to a field of the tile: run by run of particles in one cell, whose sums

@@ -3,7 +3,7 @@
 
 use super::chunk::{CHUNK, Chunk, ChunkMemory, store};
 use super::gather::{gather, locate, places, share};
-use super::scatter::{Field, Source, add, pack};
+use super::scatter::{Field, Source, add, pack, repack};
 use super::task::{Plan, Sweep, SweepReport, What};
 use super::tidy::{Sorting, tidy};
 use super::update::{self, Eight};
@@ -194,8 +194,12 @@ unsafe fn give<const D: usize, const W: usize, V: Real>(
         let (row, lanes) = (first + at, LANES.min(count - at));
         // SAFETY: the caller's promise.
         unsafe {
-            let eight = Eight::load(sweep, row, lanes);
-            pack::<D, W, V>(sweep, task, plan, Field::Force, Source::Rows, &eight, row, at, lanes, &to.frame, chunk);
+            if sweep.model.needs.affine {
+                let eight = Eight::load(sweep, row, lanes);
+                pack::<D, W, V>(sweep, task, plan, Field::Force, Source::Rows, &eight, row, at, lanes, &to.frame, chunk);
+            } else {
+                repack::<W, V>(sweep, task, row, at, lanes, chunk);
+            }
         }
         at += LANES;
     }
