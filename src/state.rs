@@ -198,7 +198,7 @@ impl State {
         self.bins.clear();
     }
 
-    /// Copies this state into `other`, whose memory is used again.
+    /// Copies this state into `other`, an empty one or one of the same particles, whose memory is used again.
     pub(crate) fn copy_to(&self, other: &mut Self) {
         let Self {
             time,
@@ -232,10 +232,13 @@ impl State {
         }
         other.shown = *shown;
         let to = &mut other.particles;
-        to.id.clone_from(&particles.id);
-        to.body.clone_from(&particles.body);
-        to.mass.clone_from(&particles.mass);
-        to.volume.clone_from(&particles.volume);
+        // these never change but for their order
+        if to.id != particles.id {
+            to.id.clone_from(&particles.id);
+            to.body.clone_from(&particles.body);
+            to.mass.clone_from(&particles.mass);
+            to.volume.clone_from(&particles.volume);
+        }
         for (to, from) in to.tables_mut().into_iter().zip(particles.tables()) {
             to.copy_from(from);
         }

@@ -175,7 +175,7 @@ impl Axis {
     /// Polynomial coefficients of the functions in cells of a class, by power and function, and the places of their nodes, in cells from
     /// the lower edge of the cell.
     #[inline(always)]
-    pub(super) fn piece<const W: usize>(&self, class: usize) -> (&[[f64; W]; W], &[f64; W]) {
+    pub(crate) fn piece<const W: usize>(&self, class: usize) -> (&[[f64; W]; W], &[f64; W]) {
         let pieces = &self.pieces;
         (&pieces.coefficients.as_chunks::<W>().0.as_chunks::<W>().0[class], &pieces.places.as_chunks::<W>().0[class])
     }
@@ -220,7 +220,7 @@ impl Axis {
 
     /// Cells of one class have the same polynomials: with open knots each cell near an end is its own class, all others are one.
     #[inline(always)]
-    pub(super) fn class(&self, cell: i32) -> usize {
+    pub(crate) fn class(&self, cell: i32) -> usize {
         let (border, cells) = (self.border, self.cells);
         let class = if self.family == Family::Elements {
             cell & 1

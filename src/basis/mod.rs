@@ -14,7 +14,7 @@ pub(crate) use extension::Extension;
 pub(crate) use lagrange::{is_tied, serendipity_weight};
 
 /// Second moment of the weights, in squares of cells, below which it is round-off.
-const NO_MOMENT: f64 = 1e-9;
+pub(crate) const NO_MOMENT: f64 = 1e-9;
 
 /// Particles whose stencils are computed side by side.
 pub(crate) const BATCH: usize = 8;

@@ -129,15 +129,21 @@ impl Simulation {
     /// Takes over a state of a simulation of the same scene, and gives its own.
     pub(crate) fn exchange_state(&mut self, state: &mut State) {
         std::mem::swap(&mut self.state, state);
-        self.solver.forget(&self.model);
-        self.outputs.outdate();
+        self.replaced();
     }
 
     /// Puts the particles in memory in no order, as if the scene had made them so.
     pub(crate) fn shuffle(&mut self) {
         self.state.shuffle();
+        self.replaced();
+    }
+
+    /// Forgets what belongs to the state that was there before.
+    fn replaced(&mut self) {
         self.solver.forget(&self.model);
         self.outputs.outdate();
+        // its particles may have other masses
+        self.backup.particles.id.clear();
     }
 
     /// Does it wrong on purpose, to show what comes of it.
@@ -360,8 +366,7 @@ impl Simulation {
             return Err(bad("the snapshot is damaged"));
         }
         self.state = state;
-        self.solver.forget(&self.model);
-        self.outputs.outdate();
+        self.replaced();
         Ok(())
     }
 
@@ -372,7 +377,7 @@ impl Simulation {
             self.state.pace = initial_pace(&self.model, &self.state);
             self.solver.restart(&self.model, &mut self.state);
         }
-        self.outputs.outdate();
+        self.replaced();
         // puts the particles in the order they had when the simulation was made; it could be measured then, so it can now
         self.outputs.measures = self.solver.measure(&self.model, &mut self.state).ok();
     }

@@ -345,13 +345,20 @@ impl Source<'_> {
         }
     }
 
-    /// Copies a table of vectors, column by column.
+    /// Copies a table of vectors.
     fn vectors(&self, from: &Table, to: &mut [f64]) {
-        let d = self.model.dimension;
-        for axis in 0..d {
-            for (value, &id) in from.column(axis).iter().zip(&self.state.particles.id) {
-                to[id as usize * d + axis] = *value;
+        fn copy<const D: usize>(from: &Table, ids: &[u32], to: &mut [f64]) {
+            let columns: [&[f64]; D] = std::array::from_fn(|a| &from.column(a)[..ids.len()]);
+            let (to, _) = to.as_chunks_mut::<D>();
+            for (row, &id) in ids.iter().enumerate() {
+                to[id as usize] = columns.map(|column| column[row]);
             }
+        }
+        let ids = &self.state.particles.id;
+        match self.model.dimension {
+            1 => copy::<1>(from, ids, to),
+            2 => copy::<2>(from, ids, to),
+            _ => copy::<3>(from, ids, to),
         }
     }
 

@@ -2,8 +2,8 @@
 //!
 //! Cells are grouped into blocks. The particles of a block of cells are neighbours in memory (a [`Bin`]). Nodes are stored block by block too,
 //! so shifted that the particles of a bin touch two blocks of nodes an axis until they are sorted again: a kernel works on one bin at a time
-//! in a [`Tile`], a dense copy of these blocks. Bins of one colour touch no common node, so they are added to the grid side by side, and
-//! colour after colour: the sums are the same, bit for bit, for any number of threads.
+//! in a [`Tile`], a dense copy of the nodes that it touches. Bins of one colour touch no common node, so they are added to the grid side by
+//! side, and colour after colour: the sums are the same, bit for bit, for any number of threads.
 //!
 //! With contact each body has blocks, and so nodes, of its own: a field. Where two fields have the same block, bodies may touch.
 
@@ -106,6 +106,10 @@ impl BlockShape {
     fn shifted(&self, node: [i32; 3]) -> [i32; 3] {
         std::array::from_fn(|s| if self.shift[s] == 0 { node[s] } else { node[s] + self.lead })
     }
+    /// First node of a block.
+    fn first(&self, block: [i32; 3]) -> [i32; 3] {
+        std::array::from_fn(|s| if self.shift[s] == 0 { block[s] } else { (block[s] << self.shift[s]) - self.lead })
+    }
     /// Block of a node.
     fn of(&self, node: [i32; 3]) -> [i32; 3] {
         self.of_cell(self.shifted(node))
@@ -122,8 +126,9 @@ impl BlockShape {
 /// The nodes that the particles of a bin touch, and where the blocks around it are stored.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Home {
-    low: [i32; 3],
-    high: [i32; 3],
+    frame: Frame,
+    /// First node of the block of the bin.
+    origin: [i32; 3],
     /// Where the two blocks an axis are stored: that of the bin, and the next.
     blocks: [u32; 8],
 }
@@ -168,8 +173,8 @@ impl Grid {
         self.homes.extend(bins.iter().map(|bin| {
             let next = |k: usize| [0, 1, 2].map(|s| bin.block[s] + [k >> 2, k >> 1 & 1, k & 1][s] as i32);
             let blocks = std::array::from_fn(|k| self.table.get(&(bin.field, next(k))).copied().unwrap_or(NONE));
-            let (low, high) = reach(model, bin);
-            Home { low, high, blocks }
+            let (origin, (low, high)) = (self.shape.first(bin.block), reach(model, bin));
+            Home { frame: Frame::new(origin[2], low, high), origin, blocks }
         }));
         self.colours.resize(COLOURS, Vec::new());
         self.colours.iter_mut().for_each(Vec::clear);
@@ -228,8 +233,8 @@ impl Grid {
         let (field, block) = self.blocks[index / self.shape.nodes];
         let index = index % self.shape.nodes;
         let local = [index >> (shift[1] + shift[2]), (index >> shift[2]) & ((1 << shift[1]) - 1), index & ((1 << shift[2]) - 1)];
-        let lead = |s: usize| if shift[s] == 0 { 0 } else { self.shape.lead };
-        (field, std::array::from_fn(|s| (block[s] << shift[s]) + local[s] as i32 - lead(s)))
+        let first = self.shape.first(block);
+        (field, std::array::from_fn(|s| first[s] + local[s] as i32))
     }
 
     /// Integral of the function of each stored node over that of one in the middle of the grid.

@@ -1,27 +1,28 @@
 //! The dense copy of the nodes that a bin touches, on which kernels work.
 
-use super::{BlockShape, Grid, Lanes, NONE, Nodes};
+use super::{Grid, Lanes, NONE, Nodes};
 use crate::lanes::{LANES, Wide};
 use crate::state::Bin;
-
-/// Nodes copied at once.
-const SOME: usize = 4;
 
 /// The box of nodes that a tile covers.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Frame {
     pub(crate) low: [i32; 3],
+    /// Nodes along each slot.
+    extent: [usize; 3],
     /// Tile nodes from one node to the next along slots 0 and 1; along slot 2 it is 1.
     pub(crate) stride: [usize; 2],
     pub(crate) nodes: usize,
 }
 
 impl Frame {
-    /// The two blocks an axis that the particles of a bin touch.
-    fn new(shape: &BlockShape, bin: &Bin) -> Self {
-        let extent: [usize; 3] = std::array::from_fn(|s| if shape.shift[s] == 0 { 1 } else { 2 * shape.size(s) as usize });
-        let low = std::array::from_fn(|s| if shape.shift[s] == 0 { 0 } else { (bin.block[s] << shape.shift[s]) - shape.lead });
-        Self { low, stride: [extent[1] * extent[2], extent[2]], nodes: extent.iter().product() }
+    /// The nodes from `low` to `high`, the first and last that the particles of a bin touch. Along slot 2 it begins and ends where a pair of
+    /// nodes does, as they are counted from that number `start`.
+    pub(super) fn new(start: i32, mut low: [i32; 3], mut high: [i32; 3]) -> Self {
+        low[2] -= (low[2] - start) & 1;
+        high[2] += (high[2] - start + 1) & 1;
+        let extent: [usize; 3] = std::array::from_fn(|s| (high[s] + 1 - low[s]) as usize);
+        Self { low, extent, stride: [extent[1] * extent[2], extent[2]], nodes: extent.iter().product() }
     }
     /// Tile nodes from one node to the next along a slot.
     #[inline(always)]
@@ -44,6 +45,14 @@ pub(crate) struct Tile {
     pub(crate) force: Nodes,
     /// Whether all of it is zero.
     is_zero: bool,
+}
+
+/// Makes room for the nodes of a frame; bins differ in theirs, so there may be room for more.
+#[inline(always)]
+fn cover(lanes: &mut Nodes, frame: &Frame) {
+    if lanes.len() < frame.nodes {
+        lanes.resize(frame.nodes);
+    }
 }
 
 /// A bin and its place in the grid.
@@ -72,9 +81,9 @@ impl Site<'_> {
     /// Makes `tile` cover what the bin touches, filled with zeros: as [`Site::add`] left it, if it did.
     #[inline(always)]
     pub(crate) fn open(&self, tile: &mut Tile) {
-        tile.frame = Frame::new(&self.grid.shape, self.bin);
+        tile.frame = self.grid.homes[self.index].frame;
         for lanes in [&mut tile.momentum, &mut tile.force] {
-            lanes.resize(tile.frame.nodes);
+            cover(lanes, &tile.frame);
             if !tile.is_zero {
                 lanes.fill(Lanes::default());
             }
@@ -86,15 +95,16 @@ impl Site<'_> {
     #[inline(always)]
     pub(crate) fn load(&self, with_force: bool, tile: &mut Tile) {
         let Tile { frame, momentum, force, is_zero } = tile;
-        *frame = Frame::new(&self.grid.shape, self.bin);
+        *frame = self.grid.homes[self.index].frame;
         // what particles do not touch may be anything
         *is_zero = false;
         let fields = [(momentum, &self.grid.momentum), (force, &self.grid.force)];
         for (to, from) in fields.into_iter().take(1 + usize::from(with_force)) {
-            to.resize(frame.nodes);
+            cover(to, frame);
             self.for_rows(frame, |row, node, length| {
-                let (to, _) = to[row..row + length].as_chunks_mut::<SOME>();
-                let (from, _) = from[node..node + length].as_chunks::<SOME>();
+                // two nodes at once, as everywhere an even number of them
+                let (to, _) = to[row..row + length].as_chunks_mut::<2>();
+                let (from, _) = from[node..node + length].as_chunks::<2>();
                 for (to, from) in to.iter_mut().zip(from) {
                     *to = *from;
                 }
@@ -126,27 +136,31 @@ impl Site<'_> {
         *is_zero = true;
     }
 
-    /// Calls `f(tile row, node row, length)` for each row of nodes of a block in which there is one that the bin touches.
+    /// Calls `f(tile row, node row, length)` for each row of nodes of a block that the tile covers.
     #[inline(always)]
     fn for_rows(&self, frame: &Frame, mut f: impl FnMut(usize, usize, usize)) {
         let (home, shape) = (&self.grid.homes[self.index], &self.grid.shape);
-        let length = shape.size(2) as usize;
         for (k, &block) in home.blocks.iter().enumerate() {
             if block == NONE {
                 continue;
             }
             let half = [k >> 2, k >> 1 & 1, k & 1];
-            // nodes of this block that are touched, from its first
-            let start = |s: usize| (home.low[s] - frame.low[s] - ((half[s] as i32) << shape.shift[s])).max(0) as usize;
-            let end = |s: usize| (home.high[s] - frame.low[s] + 1 - ((half[s] as i32) << shape.shift[s])).clamp(0, shape.size(s)) as usize;
-            if start(2) >= end(2) {
+            // nodes of the tile that are in this block, from the first of the tile and from that of the block
+            let (mut start, mut end, mut inside) = ([0; 3], [0; 3], [0; 3]);
+            for s in 0..3 {
+                let corner = home.origin[s] + ((half[s] as i32) << shape.shift[s]) - frame.low[s];
+                start[s] = corner.max(0) as usize;
+                end[s] = (corner + shape.size(s)).clamp(0, frame.extent[s] as i32) as usize;
+                inside[s] = (-corner).max(0) as usize;
+            }
+            if start[2] >= end[2] {
                 continue;
             }
-            let corner = (half[0] << shape.shift[0]) * frame.stride[0] + (half[1] << shape.shift[1]) * frame.stride[1] + half[2] * length;
-            for i in start(0)..end(0) {
-                for j in start(1)..end(1) {
-                    let node = block as usize * shape.nodes + (((i << shape.shift[1]) + j) << shape.shift[2]);
-                    f(corner + i * frame.stride[0] + j * frame.stride[1], node, length);
+            for (i, row) in (start[0]..end[0]).enumerate() {
+                for (j, column) in (start[1]..end[1]).enumerate() {
+                    let node = (((inside[0] + i) << shape.shift[1]) + inside[1] + j) << shape.shift[2];
+                    let first = row * frame.stride[0] + column * frame.stride[1] + start[2];
+                    f(first, block as usize * shape.nodes + node + inside[2], end[2] - start[2]);
                 }
             }
         }

@@ -90,6 +90,7 @@ impl Stepper {
 
     fn balance_lumped(&mut self, model: &Model, time: f64, kick: f64, dt: f64) {
         self.hold(model, time, kick, dt);
+        let [x, y, z] = self.gravity;
         for (momentum, force) in self.grid.momentum.iter_mut().zip(&mut self.grid.force) {
             let mass = momentum[0];
             if is_empty(model, mass) {
@@ -98,14 +99,12 @@ impl Stepper {
                 continue;
             }
             let inverse = 1.0 / mass;
+            let velocity = momentum.map(|p| p * inverse);
+            *force = [force[0] * inverse, force[1] * inverse + x, force[2] * inverse + y, force[3] * inverse + z];
             // A nearly empty node of linear functions would be thrown out by its force, for its slopes are not small like its mass. Its
             // acceleration still reaches the particles, so that momentum is conserved, but not the velocity gradient.
-            let light = mass.abs() < model.light;
-            for a in 0..model.dimension {
-                let pushed = if light { 0.0 } else { force[1 + a] * inverse };
-                momentum[1 + a] = momentum[1 + a] * inverse + kick * (pushed + self.gravity[a]);
-                force[1 + a] = force[1 + a] * inverse + self.gravity[a];
-            }
+            let [_, a, b, c] = if mass.abs() < model.light { [0.0, x, y, z] } else { *force };
+            *momentum = [mass, velocity[1] + kick * a, velocity[2] + kick * b, velocity[3] + kick * c];
         }
     }
 

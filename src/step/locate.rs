@@ -73,12 +73,12 @@ impl Stepper {
                 if mass == 0.0 {
                     continue;
                 }
-                let share = mass / model.lightest;
-                let (of, share) = if share < 1.0 { (&mut light, share.max(0.0)) } else { (&mut fastest, 1.0) };
-                for (of, speed) in of.iter_mut().zip([x, y, z]) {
-                    let speed = share * speed.abs();
-                    // a speed that is no number is kept
-                    *of = if speed > *of || speed.is_nan() { speed } else { *of };
+                let speed = [x, y, z].map(f64::abs);
+                if mass < model.lightest {
+                    let share = (mass / model.lightest).max(0.0);
+                    light = larger(light, speed.map(|speed| share * speed));
+                } else {
+                    fastest = larger(fastest, speed);
                 }
             }
         }
@@ -115,6 +115,11 @@ impl Stepper {
             Some(row) => Err(error(model, state, Fault { row, kind: FaultKind::of_position(positions.row(row)) })),
         }
     }
+}
+
+/// The larger of two speeds, axis by axis; one that is no number is kept.
+fn larger(old: [f64; 3], new: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|a| if new[a] > old[a] || new[a].is_nan() { new[a] } else { old[a] })
 }
 
 /// Whether the particles of a state that came from elsewhere are where its bins say.

@@ -83,7 +83,8 @@ impl Stepper {
             for lanes in &mut self.grid.momentum {
                 let mass = lanes[0];
                 if !is_empty(model, mass) {
-                    *lanes = [mass, lanes[1] / mass, lanes[2] / mass, lanes[3] / mass];
+                    let inverse = 1.0 / mass;
+                    *lanes = [mass, lanes[1] * inverse, lanes[2] * inverse, lanes[3] * inverse];
                 }
             }
         } else {

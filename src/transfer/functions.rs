@@ -1,7 +1,8 @@
 //! Shape functions at particles, a lane each.
 
-use super::task::Sweep;
-use crate::basis::{Axis, OFF_EDGE, Places, Stencils, Third};
+use super::gather::places;
+use super::task::{Plan, Sweep};
+use crate::basis::{Axis, NO_MOMENT, OFF_EDGE, Places, Stencils, Third};
 use crate::grid::Frame;
 use crate::lanes::{LANES, Mask, Real, Wide};
 
@@ -21,7 +22,7 @@ pub(super) struct Line<V, const W: usize> {
 pub(super) struct AxisTable<const W: usize> {
     /// First and last of these cells; a first beyond the last where there are none.
     pub(super) cells: (f64, f64),
-    /// Coefficients of N by power and function.
+    /// Coefficients of N by power and function; of three functions a cell they are known.
     value: [[f64; W]; W],
     /// Of dN/dx \[1/m\], by power and function.
     slope: [[f64; W]; W],
@@ -56,10 +57,13 @@ impl<const W: usize> AxisTable<W> {
         };
         if let Some(inner) = axis.inner() {
             let (value, nodes) = axis.inner_piece::<W>(inner);
-            (of.cells, of.value, of.nodes) = (inner.cells, *value, *nodes);
-            for power in 1..W {
-                for a in 0..W {
-                    of.slope[power - 1][a] = power as f64 * value[power][a] * axis.inverse_cell();
+            (of.cells, of.nodes) = (inner.cells, *nodes);
+            if W != 3 {
+                of.value = *value;
+                for power in 1..W {
+                    for a in 0..W {
+                        of.slope[power - 1][a] = power as f64 * value[power][a] * axis.inverse_cell();
+                    }
                 }
             }
         }
@@ -143,40 +147,104 @@ pub(super) fn inner_functions<const D: usize, const W: usize, V: Real>(
 /// # Safety
 /// The rows are the caller's; there are at most as many as lanes.
 #[inline(always)]
-pub(super) unsafe fn functions<const D: usize, const W: usize, V: Real>(
+pub(super) unsafe fn functions<const D: usize, const W: usize, V: Real<Wide = E>, E: Wide>(
     sweep: &Sweep,
+    plan: &Plan<W>,
     first: usize,
     count: usize,
     third: Third,
 ) -> [Line<V, W>; 3] {
-    let mut of = [Stencils::<W>::default(); 2];
+    let axes = &sweep.model.axes;
+    let zero = E::splat(0.0);
+    let mut of = [[Line { value: [zero; W], slope: [zero; W], third: [zero; W] }; 3]; 2];
     for eight in 0..V::EIGHTS {
-        // lanes of no particle are like the last
-        let (start, end) = ((first + eight * LANES).min(first + count - 1), (first + (eight + 1) * LANES).min(first + count));
+        let start = eight * LANES;
+        if start >= count {
+            continue;
+        }
+        let (row, some) = (first + start, LANES.min(count - start));
+        if plan.splines {
+            // SAFETY: the caller's promise.
+            let (x, _) = unsafe { places::<D, E>(sweep, row, some) };
+            for a in 0..D {
+                of[eight][3 - D + a] = splines(&axes[a], &plan.tables[a], x[a], third);
+            }
+            continue;
+        }
         // SAFETY: the caller's promise.
-        of[eight] = one_by_one::<D, W>(&sweep.model.axes, &unsafe { sweep.rows.places::<D>(sweep.model, start, end) }, third);
+        let stencils = one_by_one::<D, W>(axes, &unsafe { sweep.rows.places::<D>(sweep.model, row, row + some) }, third);
+        for slot in 3 - D..3 {
+            for a in 0..W {
+                of[eight][slot].value[a] = E::load_eight(&stencils.weight[slot][a]);
+                of[eight][slot].slope[a] = E::load_eight(&stencils.slope[slot][a]);
+                of[eight][slot].third[a] = E::load_eight(&stencils.third[slot][a]);
+            }
+        }
     }
-    [loaded(&of, 0), loaded(&of, 1), loaded(&of, 2)]
-}
-
-/// A slot of stencils in memory.
-#[inline(always)]
-fn loaded<const W: usize, V: Real>(of: &[Stencils<W>; 2], slot: usize) -> Line<V, W> {
     let zero = V::splat(0.0);
-    let mut line = Line { value: [zero; W], slope: [zero; W], third: [zero; W] };
-    for a in 0..W {
-        line.value[a] = V::join([V::Wide::load_eight(&of[0].weight[slot][a]), V::Wide::load_eight(&of[1].weight[slot][a])]);
-        line.slope[a] = V::join([V::Wide::load_eight(&of[0].slope[slot][a]), V::Wide::load_eight(&of[1].slope[slot][a])]);
-        line.third[a] = V::join([V::Wide::load_eight(&of[0].third[slot][a]), V::Wide::load_eight(&of[1].third[slot][a])]);
+    let mut lines = [Line { value: [zero; W], slope: [zero; W], third: [zero; W] }; 3];
+    for slot in 3 - D..3 {
+        for a in 0..W {
+            lines[slot].value[a] = V::join([of[0][slot].value[a], of[1][slot].value[a]]);
+            lines[slot].slope[a] = V::join([of[0][slot].slope[a], of[1][slot].slope[a]]);
+            lines[slot].third[a] = V::join([of[0][slot].third[a], of[1][slot].third[a]]);
+        }
     }
-    line
+    lines
 }
 
-/// Cells near the ends of the grid, elements and domains.
+/// Elements and domains.
 #[cold]
 #[inline(never)]
 fn one_by_one<const D: usize, const W: usize>(axes: &[Axis], places: &Places<D>, third: Third) -> Stencils<W> {
     Stencils::at::<D>(axes, places, third)
+}
+
+/// B-splines at eight places: class by class of the cells that they are in, which most often is one.
+#[inline(always)]
+fn splines<const W: usize, V: Wide>(axis: &Axis, table: &AxisTable<W>, x: V, third: Third) -> Line<V, W> {
+    let (zero, h, inverse) = (V::splat(0.0), V::splat(table.cell), V::splat(table.inverse));
+    let mut line = Line { value: [zero; W], slope: [zero; W], third: [zero; W] };
+    let (cell, xi) = table.cell_of(x);
+    let (mut cells, mut moment, mut done) = ([0.0; LANES], zero, 0);
+    cell.store_lanes(&mut cells);
+    while done != Mask::MAX {
+        let this = cells[done.trailing_ones() as usize % LANES];
+        let (coefficients, nodes) = axis.piece::<W>(axis.class(this as i32));
+        // all inner cells are of one class, any other is alone
+        let (first, last) = if table.cells.0 <= this && this <= table.cells.1 { table.cells } else { (this, this) };
+        let here = V::splat(first).at_most(cell) & cell.at_most(V::splat(last));
+        for a in 0..W {
+            let (mut value, mut slope) = (V::splat(coefficients[W - 1][a]), zero);
+            for power in 1..W {
+                slope = slope.fma(xi, value);
+                value = value.fma(xi, V::splat(coefficients[W - 1 - power][a]));
+            }
+            line.value[a] = value.select(here, line.value[a]);
+            line.slope[a] = (slope * inverse).select(here, line.slope[a]);
+            if third != Third::Nothing {
+                line.third[a] = ((V::splat(nodes[a]) - xi) * h).select(here, line.third[a]);
+            }
+        }
+        // also where a place is no number, so that this ends
+        done |= here | 1 << (done.trailing_ones() % LANES as u32);
+    }
+    if third == Third::Nothing {
+        return line;
+    }
+    for a in 0..W {
+        let arm = line.third[a];
+        line.third[a] = line.value[a] * arm;
+        moment = line.third[a].fma(arm, moment);
+    }
+    if third == Third::Affine {
+        // on a node the moment vanishes, and the weights tend to the slopes; those of linear functions always are
+        let vanishes = moment.below(V::splat(NO_MOMENT * table.cell * table.cell));
+        for a in 0..W {
+            line.third[a] = if W == 2 { line.slope[a] } else { line.slope[a].select(vanishes, line.third[a] / moment) };
+        }
+    }
+    line
 }
 
 /// Local coordinates of eight positions in their cells. Writes the places of their first nodes in a tile, and returns those whose
@@ -215,4 +283,47 @@ pub(super) fn locate<const D: usize, const W: usize, V: Wide>(
     // negative where a particle is not in the tile, which never is: then far beyond it
     index.store_indices(nodes);
     (xi, outside)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::basis::Family;
+    use crate::lanes::Plain;
+
+    /// Eight at once against one by one, with eight particles in one cell and with eight far apart.
+    fn check<const W: usize>(cells: usize) {
+        let axis = Axis::new(-1.0, 0.5, cells, Family::OpenSpline(W - 1));
+        let table = AxisTable::<W>::new(&axis);
+        let length = 0.5 * cells as f64;
+        for third in [Third::Nothing, Third::Arm, Third::Affine] {
+            for (start, apart) in (0..=100).flat_map(|n| [1e-3, 0.124].map(|apart| (n as f64 / 100.0, apart))) {
+                let x: [f64; LANES] = std::array::from_fn(|lane| -1.0 + length * (start + apart * lane as f64).rem_euclid(1.0));
+                let ours = splines::<W, Plain>(&axis, &table, Plain::load_eight(&x), third);
+                let theirs = Stencils::<W>::at::<1>(std::slice::from_ref(&axis), &Places { position: [x], half: [[0.0; LANES]] }, third);
+                for a in 0..W {
+                    let pairs = [(ours.value, theirs.weight), (ours.slope, theirs.slope), (ours.third, theirs.third)];
+                    for (ours, theirs) in pairs {
+                        let mut numbers = [0.0; LANES];
+                        ours[a].store_lanes(&mut numbers);
+                        for lane in 0..LANES {
+                            // polynomials of a few terms; affine weights divide by moments that are small beside a node
+                            let bound = if third == Third::Affine { 1e-6 } else { 1e-13 };
+                            assert!((numbers[lane] - theirs[2][a][lane]).abs() < bound, "{W} {cells} cells at {}", x[lane]);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn splines_at_eight_places_are_those_at_one() {
+        for cells in [4, 5, 12] {
+            check::<2>(cells);
+            check::<3>(cells);
+            check::<4>(cells);
+            check::<6>(cells);
+        }
+    }
 }

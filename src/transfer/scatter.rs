@@ -97,7 +97,7 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real, const AFFINE:
         inner_functions::<D, W, V>(&plan.tables, &xi, third)
     } else {
         // SAFETY: the rows are ours.
-        unsafe { functions::<D, W, V>(sweep, first, count, third) }
+        unsafe { functions::<D, W, V, V::Wide>(sweep, plan, first, count, third) }
     };
     let mass = V::join(mass);
     let mut base = [zero; 4];
@@ -112,12 +112,9 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real, const AFFINE:
             base[1 + a] = mass * velocity;
         }
     }
-    if STRESSED {
-        for (a, of) in task.body_force.iter().enumerate() {
-            // SAFETY: a number a particle.
-            let force = mass * unsafe { some::<V>(of.as_ptr().add(first), count) };
-            base[1 + a] = V::splat(kick.unwrap_or(1.0)).fma(force, base[1 + a]);
-        }
+    if kick.is_some() || !momentum {
+        // SAFETY: the rows are ours.
+        unsafe { push::<V>(task, kick.unwrap_or(1.0), mass, &mut base, first, count) };
     }
     V::turn(base, &mut packets.base);
     for slot in 3 - D..3 {
@@ -177,6 +174,41 @@ unsafe fn some<V: Real>(from: *const f64, count: usize) -> V {
         eights[eight] = unsafe { V::Wide::load_some(from.wrapping_add(start), count.saturating_sub(start).min(LANES)) };
     }
     V::join(eights)
+}
+
+/// Adds body forces times `scale` to what goes to the nodes by value.
+///
+/// # Safety
+/// The rows are the caller's; there are at most as many as lanes.
+#[inline(always)]
+unsafe fn push<V: Real>(task: &ScatterTask, scale: f64, mass: V, base: &mut [V; 4], first: usize, count: usize) {
+    for (a, of) in task.body_force.iter().enumerate() {
+        // SAFETY: a number a particle.
+        let force = mass * unsafe { some::<V>(of.as_ptr().add(first), count) };
+        base[1 + a] = V::splat(scale).fma(force, base[1 + a]);
+    }
+}
+
+/// Makes packets of momentum, packed with the stress, those of forces.
+///
+/// # Safety
+/// As [`pack`].
+#[inline(always)]
+pub(super) unsafe fn repack<const W: usize, V: Real>(
+    sweep: &Sweep,
+    task: &ScatterTask,
+    first: usize,
+    at: usize,
+    count: usize,
+    chunk: &mut Chunk<W, V>,
+) {
+    let mut base = [V::splat(0.0); 4];
+    // SAFETY: the rows are ours.
+    unsafe {
+        let mass = some::<V>(sweep.rows.mass(first), count);
+        push::<V>(task, 1.0, mass, &mut base, first, count);
+    }
+    V::turn(base, &mut chunk.packets[at % CHUNK / V::LANES].base);
 }
 
 /// Adds the packets of the first `count` particles of the chunk to a field of the tile: run by run of particles in one cell, whose sums

@@ -3,7 +3,7 @@
 
 use super::chunk::{CHUNK, Chunk, ChunkMemory, store_eight};
 use super::gather::{gather, locate, places, share};
-use super::scatter::{Field, Source, add, pack};
+use super::scatter::{Field, Source, add, pack, repack};
 use super::task::{Plan, Sweep, SweepReport, What};
 use super::tidy::{Sorting, tidy};
 use super::update::{self, Eight};
@@ -211,25 +211,34 @@ unsafe fn give<const D: usize, const W: usize, V: Real>(
     chunk: &mut Chunk<W, V>,
 ) {
     let Some(task) = &sweep.scatter else { return };
-    let (affine, kicked) = (sweep.model.needs.affine, matches!(task.what, What::Kicked(_)));
-    let frame = to.frame;
+    let affine = sweep.model.needs.affine;
+    let (stressed, frame) = (task.packs_stress(affine), to.frame);
     // SAFETY: the caller's promise.
     unsafe {
-        match (affine, kicked) {
+        match (affine, stressed) {
             (false, false) => pack_all::<D, W, V, false, false>(sweep, plan, Field::Momentum, first, count, &frame, chunk),
             (false, true) => pack_all::<D, W, V, false, true>(sweep, plan, Field::Momentum, first, count, &frame, chunk),
             (true, false) => pack_all::<D, W, V, true, false>(sweep, plan, Field::Momentum, first, count, &frame, chunk),
             (true, true) => pack_all::<D, W, V, true, true>(sweep, plan, Field::Momentum, first, count, &frame, chunk),
         }
     }
-    if affine || kicked {
+    if affine || matches!(task.what, What::Kicked(_)) {
         add::<D, W, V, true>(chunk, count, to, Field::Momentum);
     } else {
         add::<D, W, V, false>(chunk, count, to, Field::Momentum);
     }
     if task.what == What::MassMomentumForce {
-        // SAFETY: the caller's promise.
-        unsafe { pack_all::<D, W, V, false, true>(sweep, plan, Field::Force, first, count, &frame, chunk) };
+        if affine {
+            // SAFETY: the caller's promise.
+            unsafe { pack_all::<D, W, V, false, true>(sweep, plan, Field::Force, first, count, &frame, chunk) };
+        } else {
+            let mut at = 0;
+            while at < count {
+                // SAFETY: the caller's promise.
+                unsafe { repack::<W, V>(sweep, task, first + at, at, V::LANES.min(count - at), chunk) };
+                at += V::LANES;
+            }
+        }
         add::<D, W, V, true>(chunk, count, to, Field::Force);
     }
 }

@@ -83,6 +83,19 @@ pub(crate) struct ScatterTask<'a> {
     pub(crate) relieved: &'a [bool],
 }
 
+impl ScatterTask<'_> {
+    /// Whether what goes by a slope is packed with mass and momentum: merged with them, or to be added to a field of its own, which may
+    /// wait where there is no `affine` matrix in its place.
+    #[inline(always)]
+    pub(crate) fn packs_stress(&self, affine: bool) -> bool {
+        match self.what {
+            What::MassMomentum => false,
+            What::MassMomentumForce => !affine,
+            What::Kicked(_) => true,
+        }
+    }
+}
+
 /// What is summed on the grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum What {
