@@ -48,7 +48,10 @@ fn build(dimension: usize, transfer: &str) -> Simulation {
 
 #[test]
 fn threads_do_not_change_a_bit() {
-    for (dimension, transfer) in [(2, "flip"), (2, "apic"), (2, "asflip"), (3, "apic"), (3, "asflip"), (3, "flip")] {
+    let single = r#"apic", precision = "single"#;
+    for (dimension, transfer) in
+        [(2, "flip"), (2, "apic"), (2, "asflip"), (3, "apic"), (3, "asflip"), (3, "flip"), (2, single), (3, single)]
+    {
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {

@@ -444,7 +444,7 @@ impl Simulation {
 }
 
 /// First bytes of a snapshot; the last is the version of its format.
-const SNAPSHOT: [u8; 8] = *b"matpnt\x00\x05";
+const SNAPSHOT: [u8; 8] = *b"matpnt\x00\x06";
 
 /// Substeps of at most `step` in `dt`; a step that fits up to round-off fits.
 fn substeps_in(dt: f64, step: f64) -> f64 {
