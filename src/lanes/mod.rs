@@ -142,6 +142,20 @@ pub(crate) trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Outp
     fn turn(fields: [Self; 4], to: &mut Self::Quads);
     /// Where [`Real::turn`] puts a lane.
     fn slot(lane: usize) -> usize;
+
+    /// Carries out a task out of line, compiled for the same instructions: what is seldom needed, and would be compiled in many places.
+    ///
+    /// # Safety
+    /// The CPU has the instructions, and the task is safe to carry out.
+    unsafe fn apart<T: Apart<Self>>(task: T) -> T::Result;
+}
+
+/// What is carried out [`Real::apart`].
+pub(crate) trait Apart<V> {
+    type Result;
+    /// # Safety
+    /// As the task says. Implementations are inlined always.
+    unsafe fn carry_out(self) -> Self::Result;
 }
 
 /// Eight numbers in double precision, with what only particles need.

@@ -1,6 +1,6 @@
 //! What every CPU of the target can do.
 
-use super::{Batch, LANES, Mask, Quad, Real, Wide};
+use super::{Apart, Batch, LANES, Mask, Quad, Real, Wide};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Eight numbers, as wide at a time as the target of the build allows.
@@ -131,6 +131,12 @@ macro_rules! real {
             #[inline(always)]
             fn slot(lane: usize) -> usize {
                 lane
+            }
+            #[cold]
+            #[inline(never)]
+            unsafe fn apart<T: Apart<Self>>(task: T) -> T::Result {
+                // SAFETY: the caller's promise.
+                unsafe { task.carry_out() }
             }
         }
     };

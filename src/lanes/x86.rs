@@ -3,7 +3,7 @@
 //! Only kernels compiled for these instructions use the types below, and those run only on CPUs that have them: that makes every intrinsic
 //! here safe to call.
 
-use super::{Batch, LANES, Mask, Quad, Real, Wide};
+use super::{Apart, Batch, LANES, Mask, Quad, Real, Wide};
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -177,6 +177,13 @@ impl Real for Avx512 {
     #[inline(always)]
     fn slot(lane: usize) -> usize {
         (lane & 1) * 4 + (lane >> 1)
+    }
+    #[cold]
+    #[inline(never)]
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+    unsafe fn apart<T: Apart<Self>>(task: T) -> T::Result {
+        // SAFETY: the caller's promise.
+        unsafe { task.carry_out() }
     }
 }
 
@@ -364,6 +371,13 @@ impl Real for Avx2 {
     #[inline(always)]
     fn slot(lane: usize) -> usize {
         lane
+    }
+    #[cold]
+    #[inline(never)]
+    #[target_feature(enable = "avx2,fma")]
+    unsafe fn apart<T: Apart<Self>>(task: T) -> T::Result {
+        // SAFETY: the caller's promise.
+        unsafe { task.carry_out() }
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! As in `x86`, only kernels compiled for these instructions use the types below.
 
-use super::{Avx2, Avx512, Batch, LANES, MOST_LANES, Quad, Real};
+use super::{Apart, Avx2, Avx512, Batch, LANES, MOST_LANES, Quad, Real};
 use std::arch::x86_64::*;
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -176,6 +176,13 @@ impl Real for Avx512Single {
     fn slot(lane: usize) -> usize {
         (lane & 3) * 4 + (lane >> 2)
     }
+    #[cold]
+    #[inline(never)]
+    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
+    unsafe fn apart<T: Apart<Self>>(task: T) -> T::Result {
+        // SAFETY: the caller's promise.
+        unsafe { task.carry_out() }
+    }
 }
 
 impl Real for Avx2Single {
@@ -281,5 +288,12 @@ impl Real for Avx2Single {
     #[inline(always)]
     fn slot(lane: usize) -> usize {
         (lane & 3) * 2 + (lane >> 2)
+    }
+    #[cold]
+    #[inline(never)]
+    #[target_feature(enable = "avx2,fma")]
+    unsafe fn apart<T: Apart<Self>>(task: T) -> T::Result {
+        // SAFETY: the caller's promise.
+        unsafe { task.carry_out() }
     }
 }

@@ -4,7 +4,7 @@ use super::gather::places;
 use super::task::{Plan, Sweep};
 use crate::basis::{Axis, NO_MOMENT, OFF_EDGE, Places, Stencils, Third};
 use crate::grid::Frame;
-use crate::lanes::{LANES, Mask, Real, Wide};
+use crate::lanes::{Apart, LANES, Mask, Real, Wide};
 
 /// Weights of the functions of a slot (see [`Stencils`]), by node.
 #[derive(Clone, Copy)]
@@ -147,7 +147,49 @@ pub(super) fn inner_functions<const D: usize, const W: usize, V: Real>(
 /// # Safety
 /// The rows are the caller's; there are at most as many as lanes.
 #[inline(always)]
-pub(super) unsafe fn functions<const D: usize, const W: usize, V: Real<Wide = E>, E: Wide>(
+pub(super) unsafe fn functions<const D: usize, const W: usize, V: Real>(
+    sweep: &Sweep,
+    plan: &Plan<W>,
+    first: usize,
+    count: usize,
+    third: Third,
+) -> [Line<V, W>; 3] {
+    // SAFETY: the caller's promise; this is compiled for the instructions of the lanes.
+    let made = unsafe { V::apart(Anywhere::<D, W> { sweep, plan, first, count, third }) };
+    // number by number: else those of inner cells, which take the same place, would go through memory too
+    let zero = V::splat(0.0);
+    let mut lines = [Line { value: [zero; W], slope: [zero; W], third: [zero; W] }; 3];
+    for slot in 3 - D..3 {
+        for a in 0..W {
+            lines[slot].value[a] = made[slot].value[a];
+            lines[slot].slope[a] = made[slot].slope[a];
+            lines[slot].third[a] = made[slot].third[a];
+        }
+    }
+    lines
+}
+
+/// See [`functions`].
+struct Anywhere<'a, const D: usize, const W: usize> {
+    sweep: &'a Sweep<'a>,
+    plan: &'a Plan<W>,
+    first: usize,
+    count: usize,
+    third: Third,
+}
+
+impl<const D: usize, const W: usize, V: Real> Apart<V> for Anywhere<'_, D, W> {
+    type Result = [Line<V, W>; 3];
+    #[inline(always)]
+    unsafe fn carry_out(self) -> [Line<V, W>; 3] {
+        // SAFETY: the caller's promise.
+        unsafe { anywhere::<D, W, V, V::Wide>(self.sweep, self.plan, self.first, self.count, self.third) }
+    }
+}
+
+/// See [`functions`].
+#[inline(always)]
+unsafe fn anywhere<const D: usize, const W: usize, V: Real<Wide = E>, E: Wide>(
     sweep: &Sweep,
     plan: &Plan<W>,
     first: usize,

@@ -38,7 +38,7 @@ pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADI
         inner_functions::<D, W, V>(&plan.tables, &xi, third)
     } else {
         // SAFETY: the rows are ours.
-        unsafe { functions::<D, W, V, V::Wide>(sweep, plan, first, count, third) }
+        unsafe { functions::<D, W, V>(sweep, plan, first, count, third) }
     };
     let by_differences = inner && W > 2;
     for component in 0..D {

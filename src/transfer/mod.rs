@@ -89,8 +89,11 @@ impl Kernels {
 
     fn double<const D: usize, const W: usize>(instructions: Instructions) -> Self {
         let sweep = match instructions {
+            // elsewhere AVX-512 gains too little for the time that it takes to compile
             #[cfg(target_arch = "x86_64")]
-            Instructions::Avx512 => x86::avx512::<D, W, Avx512>,
+            Instructions::Avx512 if const { D > 1 && D * W <= 12 } => x86::avx512::<D, W, Avx512>,
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx512 => x86::avx2::<D, W, Avx2>,
             #[cfg(target_arch = "x86_64")]
             Instructions::Avx2 => x86::avx2::<D, W, Avx2>,
             Instructions::Plain => sweep::sweep::<D, W, Plain>,
@@ -101,7 +104,9 @@ impl Kernels {
     fn single<const D: usize, const W: usize>(instructions: Instructions) -> Self {
         let sweep = match instructions {
             #[cfg(target_arch = "x86_64")]
-            Instructions::Avx512 => x86::avx512::<D, W, Avx512Single>,
+            Instructions::Avx512 if const { D > 1 } => x86::avx512::<D, W, Avx512Single>,
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx512 => x86::avx2::<D, W, Avx2Single>,
             #[cfg(target_arch = "x86_64")]
             Instructions::Avx2 => x86::avx2::<D, W, Avx2Single>,
             Instructions::Plain => sweep::sweep::<D, W, PlainSingle>,

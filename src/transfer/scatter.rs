@@ -32,7 +32,7 @@ macro_rules! each {
         each!($node of $width, $body, 0 1 2 3 4 5)
     };
     ($node:ident of $width:ident, $body:block, $($number:literal)*) => {
-        $(if $number < $width {
+        $(if const { $number < $width } {
             let $node = $number;
             $body
         })*
@@ -97,7 +97,7 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real, const AFFINE:
         inner_functions::<D, W, V>(&plan.tables, &xi, third)
     } else {
         // SAFETY: the rows are ours.
-        unsafe { functions::<D, W, V, V::Wide>(sweep, plan, first, count, third) }
+        unsafe { functions::<D, W, V>(sweep, plan, first, count, third) }
     };
     let mass = V::join(mass);
     let mut base = [zero; 4];
