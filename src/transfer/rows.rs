@@ -164,7 +164,9 @@ impl<'a> Rows<'a> {
                 std::array::from_fn(|l: usize| {
                     // SAFETY: the caller keeps the contract.
                     let stretch = if follow { unsafe { *self.deformation.0[a * (D + 1)].add(row(l)) } } else { 1.0 };
-                    model.bodies[unsafe { self.body(row(l)) }].half[a] * stretch
+                    // SAFETY: as above.
+                    let body = unsafe { self.body(row(l)) };
+                    model.bodies[body].half[a] * stretch
                 })
             }),
         };

@@ -304,7 +304,9 @@ fn pace<const D: usize, E: Wide>(
     let mut density = [sweep.model.bodies[0].density; LANES];
     if sweep.model.bodies.len() > 1 {
         for lane in 0..count {
-            density[lane] = sweep.model.bodies[unsafe { sweep.rows.body(first + lane) }].density;
+            // SAFETY: the rows are ours.
+            let body = unsafe { sweep.rows.body(first + lane) };
+            density[lane] = sweep.model.bodies[body].density;
         }
     }
     let speed = dot(velocity, velocity) * E::load_eight(&density) / at_rest;
@@ -395,7 +397,9 @@ pub(super) fn lame<E: Wide>(sweep: &Sweep, first: usize, count: usize) -> (E, E)
     // lanes without a particle get what can be divided by
     let (mut lambda, mut mu) = ([1.0; LANES], [1.0; LANES]);
     for lane in 0..count {
-        (lambda[lane], mu[lane]) = of(sweep.model.material(unsafe { sweep.rows.body(first + lane) } as u16));
+        // SAFETY: the rows are ours.
+        let body = unsafe { sweep.rows.body(first + lane) };
+        (lambda[lane], mu[lane]) = of(&sweep.model.bodies[body].material);
     }
     (E::load_eight(&lambda), E::load_eight(&mu))
 }
