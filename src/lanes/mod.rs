@@ -10,6 +10,9 @@
 
 mod plain;
 #[cfg(target_arch = "x86_64")]
+#[macro_use]
+mod register;
+#[cfg(target_arch = "x86_64")]
 mod x86;
 #[cfg(target_arch = "x86_64")]
 mod x86_single;

@@ -2,18 +2,21 @@
 
 use super::*;
 
-/// Calls `$body` with each type of lanes that this CPU has, compiled for it.
+/// Calls `$body` with each of three types of lanes that this CPU has, compiled for it.
 macro_rules! with_each {
-    ($body:ident) => {{
+    ($body:ident) => {
+        with_each!($body: Avx2, Avx512, Plain)
+    };
+    ($body:ident: $two:ident, $one:ident, $plain:ident) => {{
         #[cfg(target_arch = "x86_64")]
         {
             #[target_feature(enable = "avx2,fma")]
             fn two() {
-                $body::<Avx2>();
+                $body::<$two>();
             }
             #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
             fn one() {
-                $body::<Avx512>();
+                $body::<$one>();
             }
             if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
                 // SAFETY: the CPU has them.
@@ -24,33 +27,7 @@ macro_rules! with_each {
                 unsafe { one() };
             }
         }
-        $body::<Plain>();
-    }};
-}
-
-/// The same in single precision.
-macro_rules! with_each_single {
-    ($body:ident) => {{
-        #[cfg(target_arch = "x86_64")]
-        {
-            #[target_feature(enable = "avx2,fma")]
-            fn two() {
-                $body::<Avx2Single>();
-            }
-            #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
-            fn one() {
-                $body::<Avx512Single>();
-            }
-            if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
-                // SAFETY: the CPU has them.
-                unsafe { two() };
-            }
-            if std::arch::is_x86_feature_detected!("avx512dq") && std::arch::is_x86_feature_detected!("avx512vl") {
-                // SAFETY: the CPU has them.
-                unsafe { one() };
-            }
-        }
-        $body::<PlainSingle>();
+        $body::<$plain>();
     }};
 }
 
@@ -185,7 +162,7 @@ fn logarithms<V: Wide>() {
 fn every_instruction_set_computes_the_same() {
     with_each!(arithmetic);
     with_each!(transfers);
-    with_each_single!(transfers);
+    with_each!(transfers: Avx2Single, Avx512Single, PlainSingle);
     with_each!(indices);
     with_each!(some);
     with_each!(logarithms);

@@ -15,53 +15,10 @@ pub(crate) struct Avx512(pub(super) __m512d);
 #[derive(Clone, Copy)]
 pub(crate) struct Avx2(pub(super) __m256d, pub(super) __m256d);
 
-macro_rules! operators {
-    ($($trait:ident $name:ident $one:ident $two:ident)*) => {$(
-        impl $trait for Avx512 {
-            type Output = Self;
-            #[inline(always)]
-            fn $name(self, other: Self) -> Self {
-                // SAFETY: see the top of the file.
-                Self(unsafe { $one(self.0, other.0) })
-            }
-        }
-        impl $trait for Avx2 {
-            type Output = Self;
-            #[inline(always)]
-            fn $name(self, other: Self) -> Self {
-                // SAFETY: see the top of the file.
-                unsafe { Self($two(self.0, other.0), $two(self.1, other.1)) }
-            }
-        }
-    )*};
-}
-operators!(
-    Add add _mm512_add_pd _mm256_add_pd
-    Sub sub _mm512_sub_pd _mm256_sub_pd
-    Mul mul _mm512_mul_pd _mm256_mul_pd
-    Div div _mm512_div_pd _mm256_div_pd
-);
-
-impl Neg for Avx512 {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        // SAFETY: see the top of the file.
-        Self(unsafe { _mm512_xor_pd(self.0, _mm512_set1_pd(-0.0)) })
-    }
-}
-
-impl Neg for Avx2 {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        // SAFETY: see the top of the file.
-        unsafe {
-            let sign = _mm256_set1_pd(-0.0);
-            Self(_mm256_xor_pd(self.0, sign), _mm256_xor_pd(self.1, sign))
-        }
-    }
-}
+operators!(Avx512 (0): Neg _mm512_xor_pd _mm512_set1_pd;
+    Add add _mm512_add_pd Sub sub _mm512_sub_pd Mul mul _mm512_mul_pd Div div _mm512_div_pd);
+operators!(Avx2 (0 1): Neg _mm256_xor_pd _mm256_set1_pd;
+    Add add _mm256_add_pd Sub sub _mm256_sub_pd Mul mul _mm256_mul_pd Div div _mm256_div_pd);
 
 /// The mask of the first `count` lanes.
 #[inline(always)]
@@ -76,53 +33,9 @@ impl Real for Avx512 {
     type Lanes = Batch;
     type Quads = [Quad; LANES];
     const EIGHTS: usize = 1;
-    #[inline(always)]
-    fn splat(x: f64) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm512_set1_pd(x) })
-    }
-    #[inline(always)]
-    fn all(x: f64) -> Self {
-        Self::splat(x)
-    }
-    #[inline(always)]
-    unsafe fn load(from: *const f64) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm512_loadu_pd(from) })
-    }
-    #[inline(always)]
-    unsafe fn store(self, to: *mut f64) {
-        // SAFETY: as above.
-        unsafe { _mm512_storeu_pd(to, self.0) }
-    }
-    #[inline(always)]
-    fn store_lanes(self, to: &mut Batch) {
-        // SAFETY: eight numbers.
-        unsafe { self.store(to.as_mut_ptr()) }
-    }
-    #[inline(always)]
-    fn join([eight, _]: [Self; 2]) -> Self {
-        eight
-    }
-    #[inline(always)]
-    fn load_eight(from: &Batch) -> Self {
-        // SAFETY: eight numbers.
-        unsafe { Self::load(from.as_ptr()) }
-    }
-    #[inline(always)]
-    fn store_eight(eight: Self, to: &mut Batch) {
-        eight.store_lanes(to);
-    }
-    #[inline(always)]
-    fn fma(self, b: Self, c: Self) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm512_fmadd_pd(self.0, b.0, c.0) })
-    }
-    #[inline(always)]
-    fn fnma(self, b: Self, c: Self) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm512_fnmadd_pd(self.0, b.0, c.0) })
-    }
+    one_register!(f64: _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd _mm512_fmadd_pd _mm512_fnmadd_pd);
+    one_eight!();
+    lanes_of!("avx512f,avx512dq,avx512vl,avx2,fma");
     #[inline(always)]
     fn at_all(quad: &Quad) -> Self {
         // SAFETY: as above.
@@ -177,13 +90,6 @@ impl Real for Avx512 {
     #[inline(always)]
     fn slot(lane: usize) -> usize {
         (lane & 1) * 4 + (lane >> 1)
-    }
-    #[cold]
-    #[inline(never)]
-    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
-    unsafe fn apart<T: Apart<Self>>(task: T) -> T::Result {
-        // SAFETY: the caller's promise.
-        unsafe { task.carry_out() }
     }
 }
 
@@ -277,6 +183,8 @@ impl Real for Avx2 {
     type Lanes = Batch;
     type Quads = [Quad; LANES];
     const EIGHTS: usize = 1;
+    one_eight!();
+    lanes_of!("avx2,fma");
     #[inline(always)]
     fn splat(x: f64) -> Self {
         // SAFETY: as above.
@@ -298,24 +206,6 @@ impl Real for Avx2 {
             _mm256_storeu_pd(to, self.0);
             _mm256_storeu_pd(to.add(4), self.1);
         }
-    }
-    #[inline(always)]
-    fn store_lanes(self, to: &mut Batch) {
-        // SAFETY: eight numbers.
-        unsafe { self.store(to.as_mut_ptr()) }
-    }
-    #[inline(always)]
-    fn join([eight, _]: [Self; 2]) -> Self {
-        eight
-    }
-    #[inline(always)]
-    fn load_eight(from: &Batch) -> Self {
-        // SAFETY: eight numbers.
-        unsafe { Self::load(from.as_ptr()) }
-    }
-    #[inline(always)]
-    fn store_eight(eight: Self, to: &mut Batch) {
-        eight.store_lanes(to);
     }
     #[inline(always)]
     fn fma(self, b: Self, c: Self) -> Self {
@@ -371,13 +261,6 @@ impl Real for Avx2 {
     #[inline(always)]
     fn slot(lane: usize) -> usize {
         lane
-    }
-    #[cold]
-    #[inline(never)]
-    #[target_feature(enable = "avx2,fma")]
-    unsafe fn apart<T: Apart<Self>>(task: T) -> T::Result {
-        // SAFETY: the caller's promise.
-        unsafe { task.carry_out() }
     }
 }
 

@@ -14,40 +14,10 @@ pub(crate) struct Avx512Single(__m512);
 #[derive(Clone, Copy)]
 pub(crate) struct Avx2Single(__m256);
 
-macro_rules! operators {
-    ($($of:ident: $($trait:ident $name:ident $does:ident)*;)*) => {$($(
-        impl $trait for $of {
-            type Output = Self;
-            #[inline(always)]
-            fn $name(self, other: Self) -> Self {
-                // SAFETY: see the top of the file.
-                Self(unsafe { $does(self.0, other.0) })
-            }
-        }
-    )*)*};
-}
-operators!(
-    Avx512Single: Add add _mm512_add_ps Sub sub _mm512_sub_ps Mul mul _mm512_mul_ps;
-    Avx2Single: Add add _mm256_add_ps Sub sub _mm256_sub_ps Mul mul _mm256_mul_ps;
-);
-
-impl Neg for Avx512Single {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        // SAFETY: see the top of the file.
-        Self(unsafe { _mm512_xor_ps(self.0, _mm512_set1_ps(-0.0)) })
-    }
-}
-
-impl Neg for Avx2Single {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        // SAFETY: see the top of the file.
-        Self(unsafe { _mm256_xor_ps(self.0, _mm256_set1_ps(-0.0)) })
-    }
-}
+operators!(Avx512Single (0): Neg _mm512_xor_ps _mm512_set1_ps;
+    Add add _mm512_add_ps Sub sub _mm512_sub_ps Mul mul _mm512_mul_ps);
+operators!(Avx2Single (0): Neg _mm256_xor_ps _mm256_set1_ps;
+    Add add _mm256_add_ps Sub sub _mm256_sub_ps Mul mul _mm256_mul_ps);
 
 // SAFETY of every block below: see the top of the file; pointers are good by the promise of the caller or come from references.
 impl Real for Avx512Single {
@@ -56,30 +26,8 @@ impl Real for Avx512Single {
     type Lanes = [f32; MOST_LANES];
     type Quads = [Quad<f32>; MOST_LANES];
     const EIGHTS: usize = 2;
-    #[inline(always)]
-    fn splat(x: f64) -> Self {
-        Self::all(x as f32)
-    }
-    #[inline(always)]
-    fn all(x: f32) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm512_set1_ps(x) })
-    }
-    #[inline(always)]
-    unsafe fn load(from: *const f32) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm512_loadu_ps(from) })
-    }
-    #[inline(always)]
-    unsafe fn store(self, to: *mut f32) {
-        // SAFETY: as above.
-        unsafe { _mm512_storeu_ps(to, self.0) }
-    }
-    #[inline(always)]
-    fn store_lanes(self, to: &mut Self::Lanes) {
-        // SAFETY: sixteen numbers.
-        unsafe { self.store(to.as_mut_ptr()) }
-    }
+    one_register!(f32: _mm512_set1_ps _mm512_loadu_ps _mm512_storeu_ps _mm512_fmadd_ps _mm512_fnmadd_ps);
+    lanes_of!("avx512f,avx512dq,avx512vl,avx2,fma");
     #[inline(always)]
     fn join([a, b]: [Avx512; 2]) -> Self {
         // SAFETY: as above.
@@ -94,16 +42,6 @@ impl Real for Avx512Single {
     fn store_eight(eight: Avx512, to: &mut Batch<f32>) {
         // SAFETY: as above.
         unsafe { _mm256_storeu_ps(to.as_mut_ptr(), _mm512_cvtpd_ps(eight.0)) }
-    }
-    #[inline(always)]
-    fn fma(self, b: Self, c: Self) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm512_fmadd_ps(self.0, b.0, c.0) })
-    }
-    #[inline(always)]
-    fn fnma(self, b: Self, c: Self) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm512_fnmadd_ps(self.0, b.0, c.0) })
     }
     #[inline(always)]
     fn at_all(quad: &Quad<f32>) -> Self {
@@ -176,13 +114,6 @@ impl Real for Avx512Single {
     fn slot(lane: usize) -> usize {
         (lane & 3) * 4 + (lane >> 2)
     }
-    #[cold]
-    #[inline(never)]
-    #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
-    unsafe fn apart<T: Apart<Self>>(task: T) -> T::Result {
-        // SAFETY: the caller's promise.
-        unsafe { task.carry_out() }
-    }
 }
 
 impl Real for Avx2Single {
@@ -191,30 +122,8 @@ impl Real for Avx2Single {
     type Lanes = Batch<f32>;
     type Quads = [Quad<f32>; LANES];
     const EIGHTS: usize = 1;
-    #[inline(always)]
-    fn splat(x: f64) -> Self {
-        Self::all(x as f32)
-    }
-    #[inline(always)]
-    fn all(x: f32) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm256_set1_ps(x) })
-    }
-    #[inline(always)]
-    unsafe fn load(from: *const f32) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm256_loadu_ps(from) })
-    }
-    #[inline(always)]
-    unsafe fn store(self, to: *mut f32) {
-        // SAFETY: as above.
-        unsafe { _mm256_storeu_ps(to, self.0) }
-    }
-    #[inline(always)]
-    fn store_lanes(self, to: &mut Self::Lanes) {
-        // SAFETY: eight numbers.
-        unsafe { self.store(to.as_mut_ptr()) }
-    }
+    one_register!(f32: _mm256_set1_ps _mm256_loadu_ps _mm256_storeu_ps _mm256_fmadd_ps _mm256_fnmadd_ps);
+    lanes_of!("avx2,fma");
     #[inline(always)]
     fn join([eight, _]: [Avx2; 2]) -> Self {
         // SAFETY: as above.
@@ -228,16 +137,6 @@ impl Real for Avx2Single {
     #[inline(always)]
     fn store_eight(eight: Avx2, to: &mut Batch<f32>) {
         Self::join([eight, eight]).store_lanes(to);
-    }
-    #[inline(always)]
-    fn fma(self, b: Self, c: Self) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm256_fmadd_ps(self.0, b.0, c.0) })
-    }
-    #[inline(always)]
-    fn fnma(self, b: Self, c: Self) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm256_fnmadd_ps(self.0, b.0, c.0) })
     }
     #[inline(always)]
     fn at_all(quad: &Quad<f32>) -> Self {
@@ -288,12 +187,5 @@ impl Real for Avx2Single {
     #[inline(always)]
     fn slot(lane: usize) -> usize {
         (lane & 3) * 2 + (lane >> 2)
-    }
-    #[cold]
-    #[inline(never)]
-    #[target_feature(enable = "avx2,fma")]
-    unsafe fn apart<T: Apart<Self>>(task: T) -> T::Result {
-        // SAFETY: the caller's promise.
-        unsafe { task.carry_out() }
     }
 }
