@@ -17,6 +17,14 @@ pub(super) struct Line<V, const W: usize> {
     pub(super) third: [V; W],
 }
 
+impl<V: Real, const W: usize> Line<V, W> {
+    #[inline(always)]
+    fn zero() -> Self {
+        let zero = V::splat(0.0);
+        Self { value: [zero; W], slope: [zero; W], third: [zero; W] }
+    }
+}
+
 /// An axis as kernels need it: places of cells, and the polynomials of the functions in inner cells.
 #[derive(Clone, Copy)]
 pub(super) struct AxisTable<const W: usize> {
@@ -87,8 +95,7 @@ impl<const W: usize> AxisTable<W> {
     /// The functions at eight places of one of these cells.
     #[inline(always)]
     fn at<V: Real>(&self, xi: V, third: Third) -> Line<V, W> {
-        let zero = V::splat(0.0);
-        let mut line = Line { value: [zero; W], slope: [zero; W], third: [zero; W] };
+        let mut line = Line::zero();
         if W == 3 {
             // the B-splines of three functions a cell, from the local coordinate and what is left of the cell
             let (half, rest, inverse) = (V::splat(0.5), V::splat(1.0) - xi, V::splat(self.inverse));
@@ -131,8 +138,7 @@ pub(super) fn inner_functions<const D: usize, const W: usize, V: Real>(
     xi: &[V; D],
     third: Third,
 ) -> [Line<V, W>; 3] {
-    let zero = V::splat(0.0);
-    let unused = Line { value: [zero; W], slope: [zero; W], third: [zero; W] };
+    let unused = Line::zero();
     // in slots: the last axis is slot 2
     let of = [D.wrapping_sub(3), D.wrapping_sub(2), D - 1];
     [
@@ -157,8 +163,7 @@ pub(super) unsafe fn functions<const D: usize, const W: usize, V: Real>(
     // SAFETY: the caller's promise; this is compiled for the instructions of the lanes.
     let made = unsafe { V::apart(Anywhere::<D, W> { sweep, plan, first, count, third }) };
     // number by number: else those of inner cells, which take the same place, would go through memory too
-    let zero = V::splat(0.0);
-    let mut lines = [Line { value: [zero; W], slope: [zero; W], third: [zero; W] }; 3];
+    let mut lines = [Line::zero(); 3];
     for slot in 3 - D..3 {
         for a in 0..W {
             lines[slot].value[a] = made[slot].value[a];
@@ -197,8 +202,7 @@ unsafe fn anywhere<const D: usize, const W: usize, V: Real<Wide = E>, E: Wide>(
     third: Third,
 ) -> [Line<V, W>; 3] {
     let axes = &sweep.model.axes;
-    let zero = E::splat(0.0);
-    let mut of = [[Line { value: [zero; W], slope: [zero; W], third: [zero; W] }; 3]; 2];
+    let mut of = [[Line::zero(); 3]; 2];
     for eight in 0..V::EIGHTS {
         let start = eight * LANES;
         if start >= count {
@@ -223,8 +227,7 @@ unsafe fn anywhere<const D: usize, const W: usize, V: Real<Wide = E>, E: Wide>(
             }
         }
     }
-    let zero = V::splat(0.0);
-    let mut lines = [Line { value: [zero; W], slope: [zero; W], third: [zero; W] }; 3];
+    let mut lines = [Line::zero(); 3];
     for slot in 3 - D..3 {
         for a in 0..W {
             lines[slot].value[a] = V::join([of[0][slot].value[a], of[1][slot].value[a]]);
@@ -246,7 +249,7 @@ fn one_by_one<const D: usize, const W: usize>(axes: &[Axis], places: &Places<D>,
 #[inline(always)]
 fn splines<const W: usize, V: Wide>(axis: &Axis, table: &AxisTable<W>, x: V, third: Third) -> Line<V, W> {
     let (zero, h, inverse) = (V::splat(0.0), V::splat(table.cell), V::splat(table.inverse));
-    let mut line = Line { value: [zero; W], slope: [zero; W], third: [zero; W] };
+    let mut line = Line::zero();
     let (cell, xi) = table.cell_of(x);
     let (mut cells, mut moment, mut done) = ([0.0; LANES], zero, 0);
     cell.store_lanes(&mut cells);

@@ -2,7 +2,7 @@
 
 use super::chunk::{CHUNK, Cell, Chunk, Fields, load, store};
 use super::functions::{self, AxisTable, Line, functions, inner_functions};
-use super::task::{Plan, Sweep};
+use super::task::{GatherTask, Plan, Sweep};
 use super::{Rows, nodes, stencil};
 use crate::basis::Third;
 use crate::grid::{Frame, Lanes, Tile};
@@ -14,9 +14,10 @@ use crate::lanes::{LANES, Mask, Number, Real, Wide};
 /// # Safety
 /// The rows are the caller's, and the tile covers their stencils; there are at most as many as lanes.
 #[inline(always)]
-pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADIENT: bool, const AFFINE: bool, const INCREMENT: bool>(
+pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADIENT: bool, const AFFINE: bool>(
     sweep: &Sweep,
     plan: &Plan<W>,
+    task: &GatherTask,
     first: usize,
     at: usize,
     count: usize,
@@ -61,10 +62,9 @@ pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADI
             }
         }
     }
-    if INCREMENT {
+    if task.needs_force() {
         // the mark is of use only to particles that may separate
-        let marked = sweep.gather.is_some_and(|task| task.separation > 0.0);
-        for lane in usize::from(!marked)..=D {
+        for lane in usize::from(task.separation == 0.0)..=D {
             let taken = interpolate::<D, W, V, false, false>(&f0, &f1, &f2, tile, &tile.force, node, lane);
             store(&mut fields.acceleration[lane], at, taken.value);
         }

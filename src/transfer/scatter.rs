@@ -47,13 +47,13 @@ const fn middle(width: usize) -> usize {
 /// Makes the packets of `count` particles from `first` on, the first of which is number `at` of the chunk.
 ///
 /// # Safety
-/// The rows are the caller's; there are at most [`LANES`].
+/// The rows are the caller's; there are at most as many as lanes.
 #[inline(always)]
-pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real, const AFFINE: bool, const STRESSED: bool>(
+pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real>(
     sweep: &Sweep,
     task: &ScatterTask,
     plan: &Plan<W>,
-    field: Field,
+    [momentum, affine, stressed]: [bool; 3],
     source: Source,
     first: usize,
     at: usize,
@@ -62,7 +62,6 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real, const AFFINE:
     chunk: &mut Chunk<W, V>,
 ) {
     let (rows, zero) = (&sweep.rows, V::splat(0.0));
-    let momentum = field == Field::Momentum;
     let kick = match task.what {
         super::What::Kicked(kick) => Some(kick),
         _ => None,
@@ -92,7 +91,7 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real, const AFFINE:
     for a in 0..D {
         xi[a] = V::join(eights[a]);
     }
-    let third = if AFFINE { Third::Arm } else { Third::Nothing };
+    let third = if affine { Third::Arm } else { Third::Nothing };
     let lines = if fields.are_inner(at, count) {
         inner_functions::<D, W, V>(&plan.tables, &xi, third)
     } else {
@@ -121,13 +120,13 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real, const AFFINE:
         for node in 0..W {
             lines[slot].value[node].store_lanes(&mut packets.value[slot][node]);
         }
-        if !(AFFINE || STRESSED) {
+        if !(affine || stressed) {
             continue;
         }
         let axis = slot + D - 3;
         let (mut c, mut s) = ([zero; D], [zero; D]);
         for a in 0..D {
-            if AFFINE {
+            if affine {
                 c[a] = mass
                     * match source {
                         // SAFETY: the rows are ours, and there is an affine matrix.
@@ -135,7 +134,7 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real, const AFFINE:
                         Source::Chunk => load(&fields.affine[a][axis], at),
                     };
             }
-            if STRESSED {
+            if stressed {
                 s[a] = load(&fields.force[a.min(axis)][a.max(axis)], at);
             }
         }
@@ -145,7 +144,7 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real, const AFFINE:
             if node != middle(W) {
                 let mut more = [zero; 4];
                 for a in 0..D {
-                    more[1 + a] = match (AFFINE, STRESSED) {
+                    more[1 + a] = match (affine, stressed) {
                         (true, true) => lines[slot].third[node].fma(c[a], lines[slot].slope[node] * s[a]),
                         (true, false) => lines[slot].third[node] * c[a],
                         _ => lines[slot].slope[node] * s[a],

@@ -4,10 +4,10 @@
 use super::chunk::{CHUNK, Chunk, ChunkMemory, store_eight};
 use super::gather::{gather, locate, places, share};
 use super::scatter::{Field, Source, add, pack, repack};
-use super::task::{Plan, Sweep, SweepReport, What};
+use super::task::{GatherTask, Plan, Sweep, SweepReport, What};
 use super::tidy::{Sorting, tidy};
 use super::update::{self, Eight};
-use crate::grid::{Frame, Site, Tile};
+use crate::grid::{Site, Tile};
 use crate::lanes::{LANES, Real};
 
 /// Tiles and chunks of one thread.
@@ -48,12 +48,7 @@ pub(super) unsafe fn sweep<const D: usize, const W: usize, V: Real>(sweep: &Swee
         // SAFETY: the caller's promise.
         unsafe {
             report.runs += take::<D, W, V>(sweep, &plan, first, count, from, chunk);
-            let stressed = sweep.scatter.is_some_and(|task| task.what != What::MassMomentum);
-            if stressed {
-                renew::<D, W, V, true>(sweep, &plan, first, count, chunk, &mut extremes, &mut report);
-            } else {
-                renew::<D, W, V, false>(sweep, &plan, first, count, chunk, &mut extremes, &mut report);
-            }
+            renew::<D, W, V>(sweep, &plan, first, count, chunk, &mut extremes, &mut report);
             give::<D, W, V>(sweep, &plan, first, count, to, chunk);
         }
         first += count;
@@ -91,18 +86,14 @@ unsafe fn take<const D: usize, const W: usize, V: Real>(
         }
         at += LANES;
     }
-    let (strain, affine, increment) = (task.strain.is_some(), task.kick.is_some() && task.affine, task.needs_force());
+    let (strain, affine) = (task.strain.is_some(), task.kick.is_some() && task.affine);
     // SAFETY: the caller's promise.
     unsafe {
-        match (strain, affine, increment) {
-            (false, false, false) => take_fields::<D, W, V, false, false, false>(sweep, plan, first, count, from, chunk),
-            (false, false, true) => take_fields::<D, W, V, false, false, true>(sweep, plan, first, count, from, chunk),
-            (false, true, false) => take_fields::<D, W, V, false, true, false>(sweep, plan, first, count, from, chunk),
-            (false, true, true) => take_fields::<D, W, V, false, true, true>(sweep, plan, first, count, from, chunk),
-            (true, false, false) => take_fields::<D, W, V, true, false, false>(sweep, plan, first, count, from, chunk),
-            (true, false, true) => take_fields::<D, W, V, true, false, true>(sweep, plan, first, count, from, chunk),
-            (true, true, false) => take_fields::<D, W, V, true, true, false>(sweep, plan, first, count, from, chunk),
-            (true, true, true) => take_fields::<D, W, V, true, true, true>(sweep, plan, first, count, from, chunk),
+        match (strain, affine) {
+            (false, false) => take_fields::<D, W, V, false, false>(sweep, plan, task, first, count, from, chunk),
+            (false, true) => take_fields::<D, W, V, false, true>(sweep, plan, task, first, count, from, chunk),
+            (true, false) => take_fields::<D, W, V, true, false>(sweep, plan, task, first, count, from, chunk),
+            (true, true) => take_fields::<D, W, V, true, true>(sweep, plan, task, first, count, from, chunk),
         }
     }
 }
@@ -112,9 +103,10 @@ unsafe fn take<const D: usize, const W: usize, V: Real>(
 /// # Safety
 /// As [`super::Kernels::sweep`].
 #[inline(always)]
-unsafe fn take_fields<const D: usize, const W: usize, V: Real, const GRADIENT: bool, const AFFINE: bool, const INCREMENT: bool>(
+unsafe fn take_fields<const D: usize, const W: usize, V: Real, const GRADIENT: bool, const AFFINE: bool>(
     sweep: &Sweep,
     plan: &Plan<W>,
+    task: &GatherTask,
     first: usize,
     count: usize,
     from: &Tile,
@@ -131,7 +123,7 @@ unsafe fn take_fields<const D: usize, const W: usize, V: Real, const GRADIENT: b
         while start < end {
             let of_cell = V::LANES.min(end - start);
             // SAFETY: the caller's promise.
-            unsafe { gather::<D, W, V, GRADIENT, AFFINE, INCREMENT>(sweep, plan, first + start, start, of_cell, from, cell, chunk) };
+            unsafe { gather::<D, W, V, GRADIENT, AFFINE>(sweep, plan, task, first + start, start, of_cell, from, cell, chunk) };
             start += of_cell;
             runs += 1;
         }
@@ -145,7 +137,7 @@ unsafe fn take_fields<const D: usize, const W: usize, V: Real, const GRADIENT: b
 /// # Safety
 /// As [`super::Kernels::sweep`].
 #[inline(always)]
-unsafe fn renew<const D: usize, const W: usize, V: Real, const STRESSED: bool>(
+unsafe fn renew<const D: usize, const W: usize, V: Real>(
     sweep: &Sweep,
     plan: &Plan<W>,
     first: usize,
@@ -154,6 +146,7 @@ unsafe fn renew<const D: usize, const W: usize, V: Real, const STRESSED: bool>(
     extremes: &mut update::Extremes<V::Wide>,
     report: &mut SweepReport,
 ) {
+    let stressed = sweep.scatter.is_some_and(|task| task.what != What::MassMomentum);
     let mut at = 0;
     while at < count {
         let (row, lanes) = (first + at, LANES.min(count - at));
@@ -163,37 +156,11 @@ unsafe fn renew<const D: usize, const W: usize, V: Real, const STRESSED: bool>(
                 Some(task) => update::update::<D, W, V, V::Wide>(sweep, task, plan, row, at, lanes, &mut chunk.fields, extremes, report),
                 None => Eight::load(sweep, row, lanes),
             };
-            if STRESSED {
+            if stressed {
                 update::stress::<D, W, V, V::Wide>(sweep, plan, &eight, row, at, lanes, &mut chunk.fields);
             }
         }
         at += LANES;
-    }
-}
-
-/// Makes packets of what the particles of a chunk give to the grid.
-///
-/// # Safety
-/// As [`super::Kernels::sweep`].
-#[inline(always)]
-unsafe fn pack_all<const D: usize, const W: usize, V: Real, const AFFINE: bool, const STRESSED: bool>(
-    sweep: &Sweep,
-    plan: &Plan<W>,
-    field: Field,
-    first: usize,
-    count: usize,
-    frame: &Frame,
-    chunk: &mut Chunk<W, V>,
-) {
-    let Some(task) = &sweep.scatter else { return };
-    let source = if sweep.gather.is_some_and(|gather| !gather.keep) { Source::Chunk } else { Source::Rows };
-    let mut at = 0;
-    while at < count {
-        // SAFETY: the caller's promise.
-        unsafe {
-            pack::<D, W, V, AFFINE, STRESSED>(sweep, task, plan, field, source, first + at, at, V::LANES.min(count - at), frame, chunk)
-        };
-        at += V::LANES;
     }
 }
 
@@ -211,34 +178,31 @@ unsafe fn give<const D: usize, const W: usize, V: Real>(
     chunk: &mut Chunk<W, V>,
 ) {
     let Some(task) = &sweep.scatter else { return };
-    let affine = sweep.model.needs.affine;
-    let (stressed, frame) = (task.packs_stress(affine), to.frame);
-    // SAFETY: the caller's promise.
-    unsafe {
-        match (affine, stressed) {
-            (false, false) => pack_all::<D, W, V, false, false>(sweep, plan, Field::Momentum, first, count, &frame, chunk),
-            (false, true) => pack_all::<D, W, V, false, true>(sweep, plan, Field::Momentum, first, count, &frame, chunk),
-            (true, false) => pack_all::<D, W, V, true, false>(sweep, plan, Field::Momentum, first, count, &frame, chunk),
-            (true, true) => pack_all::<D, W, V, true, true>(sweep, plan, Field::Momentum, first, count, &frame, chunk),
+    let (affine, frame) = (sweep.model.needs.affine, to.frame);
+    let source = if sweep.gather.is_some_and(|gather| !gather.keep) { Source::Chunk } else { Source::Rows };
+    for field in [Field::Momentum, Field::Force] {
+        let momentum = field == Field::Momentum;
+        if !(momentum || task.what == What::MassMomentumForce) {
+            return;
         }
-    }
-    if affine || matches!(task.what, What::Kicked(_)) {
-        add::<D, W, V, true>(chunk, count, to, Field::Momentum);
-    } else {
-        add::<D, W, V, false>(chunk, count, to, Field::Momentum);
-    }
-    if task.what == What::MassMomentumForce {
-        if affine {
+        let parts = if momentum { [true, affine, task.packs_stress(affine)] } else { [false, false, true] };
+        let mut at = 0;
+        while at < count {
+            let (row, lanes) = (first + at, V::LANES.min(count - at));
             // SAFETY: the caller's promise.
-            unsafe { pack_all::<D, W, V, false, true>(sweep, plan, Field::Force, first, count, &frame, chunk) };
-        } else {
-            let mut at = 0;
-            while at < count {
-                // SAFETY: the caller's promise.
-                unsafe { repack::<W, V>(sweep, task, first + at, at, V::LANES.min(count - at), chunk) };
-                at += V::LANES;
+            unsafe {
+                if momentum || affine {
+                    pack::<D, W, V>(sweep, task, plan, parts, source, row, at, lanes, &frame, chunk);
+                } else {
+                    repack::<W, V>(sweep, task, row, at, lanes, chunk);
+                }
             }
+            at += V::LANES;
         }
-        add::<D, W, V, true>(chunk, count, to, Field::Force);
+        if !momentum || affine || matches!(task.what, What::Kicked(_)) {
+            add::<D, W, V, true>(chunk, count, to, field);
+        } else {
+            add::<D, W, V, false>(chunk, count, to, field);
+        }
     }
 }
