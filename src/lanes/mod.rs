@@ -102,11 +102,15 @@ pub(crate) trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Outp
     type Lanes: Copy + AsRef<[Self::Number]>;
     /// A quad a lane, in memory.
     type Quads: Copy + AsRef<[Quad<Self::Number>]>;
+    /// Which lanes are of the first of two cells, and which of the second.
+    type Cells: Copy;
     /// Lanes in eights.
     const EIGHTS: usize;
     /// Nodes in a row: four lanes each.
     const NODES: usize = 2 * Self::EIGHTS;
     const LANES: usize = LANES * Self::EIGHTS;
+    /// Whether [`Real::of_cells`] is worth its time.
+    const MIXES: bool = true;
 
     /// The same number in all lanes.
     fn splat(x: f64) -> Self;
@@ -119,6 +123,11 @@ pub(crate) trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Outp
     /// As many numbers as there are lanes may be written.
     unsafe fn store(self, to: *mut Self::Number);
     fn store_lanes(self, to: &mut Self::Lanes);
+
+    /// The first `count` lanes are of the first of two cells.
+    fn cells(count: usize) -> Self::Cells;
+    /// A number a cell in its lanes.
+    fn of_cells(numbers: [Self::Number; 2], cells: Self::Cells) -> Self;
 
     /// Lanes of one eight after the other; those of one that is not there are not looked at.
     fn join(eights: [Self::Wide; 2]) -> Self;

@@ -58,7 +58,17 @@ macro_rules! real {
             type Wide = Plain;
             type Lanes = Batch<$number>;
             type Quads = [Quad<$number>; LANES];
+            type Cells = usize;
             const EIGHTS: usize = 1;
+            const MIXES: bool = false;
+            #[inline(always)]
+            fn cells(count: usize) -> usize {
+                count
+            }
+            #[inline(always)]
+            fn of_cells([a, b]: [$number; 2], cells: usize) -> Self {
+                lanes!($of: l => if l < cells { a } else { b })
+            }
             #[inline(always)]
             fn splat(x: f64) -> Self {
                 Self::all(x as $number)

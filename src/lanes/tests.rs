@@ -92,6 +92,10 @@ fn transfers<V: Real>() {
     assert_eq!(lanes(va.fnma(vb, va)), each(&|l| a[l] - a[l] * b[l]));
     assert_eq!(lanes(V::splat(3.5)), vec![3.5; V::LANES]);
     assert_eq!(lanes(V::all(V::Number::of(-2.0))), vec![-2.0; V::LANES]);
+    for count in 0..=V::LANES {
+        let two = V::of_cells([2.0, -3.0].map(V::Number::of), V::cells(count));
+        assert_eq!(lanes(two), each(&|l| if l < count { 2.0 } else { -3.0 }));
+    }
     // eights there and back
     let of_eight = |eight: usize| -> Batch { std::array::from_fn(|l| (10 * eight + l) as f64) };
     let joined = V::join([V::Wide::load_eight(&of_eight(0)), V::Wide::load_eight(&of_eight(1))]);

@@ -32,7 +32,17 @@ impl Real for Avx512 {
     type Wide = Self;
     type Lanes = Batch;
     type Quads = [Quad; LANES];
+    type Cells = Mask;
     const EIGHTS: usize = 1;
+    #[inline(always)]
+    fn cells(count: usize) -> Mask {
+        first(count)
+    }
+    #[inline(always)]
+    fn of_cells([a, b]: [f64; 2], cells: Mask) -> Self {
+        // SAFETY: as above.
+        Self(unsafe { _mm512_mask_blend_pd(cells, _mm512_set1_pd(b), _mm512_set1_pd(a)) })
+    }
     one_register!(f64: _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd _mm512_fmadd_pd _mm512_fnmadd_pd);
     one_eight!();
     lanes_of!("avx512f,avx512dq,avx512vl,avx2,fma");
@@ -182,7 +192,20 @@ impl Real for Avx2 {
     type Wide = Self;
     type Lanes = Batch;
     type Quads = [Quad; LANES];
+    type Cells = [__m256d; 2];
     const EIGHTS: usize = 1;
+    #[inline(always)]
+    fn cells(count: usize) -> [__m256d; 2] {
+        spread(first(count))
+    }
+    #[inline(always)]
+    fn of_cells([a, b]: [f64; 2], [low, high]: [__m256d; 2]) -> Self {
+        // SAFETY: as above.
+        unsafe {
+            let (a, b) = (_mm256_set1_pd(a), _mm256_set1_pd(b));
+            Self(_mm256_blendv_pd(b, a, low), _mm256_blendv_pd(b, a, high))
+        }
+    }
     one_eight!();
     lanes_of!("avx2,fma");
     #[inline(always)]

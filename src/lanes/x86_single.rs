@@ -25,7 +25,17 @@ impl Real for Avx512Single {
     type Wide = Avx512;
     type Lanes = [f32; MOST_LANES];
     type Quads = [Quad<f32>; MOST_LANES];
+    type Cells = u16;
     const EIGHTS: usize = 2;
+    #[inline(always)]
+    fn cells(count: usize) -> u16 {
+        ((1u32 << count) - 1) as u16
+    }
+    #[inline(always)]
+    fn of_cells([a, b]: [f32; 2], cells: u16) -> Self {
+        // SAFETY: as above.
+        Self(unsafe { _mm512_mask_blend_ps(cells, _mm512_set1_ps(b), _mm512_set1_ps(a)) })
+    }
     one_register!(f32: _mm512_set1_ps _mm512_loadu_ps _mm512_storeu_ps _mm512_fmadd_ps _mm512_fnmadd_ps);
     lanes_of!("avx512f,avx512dq,avx512vl,avx2,fma");
     #[inline(always)]
@@ -121,7 +131,21 @@ impl Real for Avx2Single {
     type Wide = Avx2;
     type Lanes = Batch<f32>;
     type Quads = [Quad<f32>; LANES];
+    type Cells = __m256;
     const EIGHTS: usize = 1;
+    #[inline(always)]
+    fn cells(count: usize) -> __m256 {
+        // SAFETY: as above.
+        unsafe {
+            let lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+            _mm256_castsi256_ps(_mm256_cmpgt_epi32(_mm256_set1_epi32(count as i32), lanes))
+        }
+    }
+    #[inline(always)]
+    fn of_cells([a, b]: [f32; 2], cells: __m256) -> Self {
+        // SAFETY: as above.
+        Self(unsafe { _mm256_blendv_ps(_mm256_set1_ps(b), _mm256_set1_ps(a), cells) })
+    }
     one_register!(f32: _mm256_set1_ps _mm256_loadu_ps _mm256_storeu_ps _mm256_fmadd_ps _mm256_fnmadd_ps);
     lanes_of!("avx2,fma");
     #[inline(always)]

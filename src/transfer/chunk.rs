@@ -5,6 +5,9 @@ use crate::lanes::{Batch, LANES, MOST_LANES, Mask, Number, Quad, Real};
 /// Particles of a chunk. Few enough for their numbers to stay in the cache of a core, enough for the stages to overlap.
 pub(super) const CHUNK: usize = 64;
 
+/// Cells whose nodes are at hand: two that are taken from, and the next.
+pub(super) const CELLS: usize = 4;
+
 /// A number a particle. All lanes may be written wherever a particle is, so there is room for some that are not there.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
@@ -24,8 +27,8 @@ pub(super) struct Chunk<const W: usize, V: Real> {
     pub(super) fields: Fields<V::Number>,
     /// As many particles each as there are lanes.
     pub(super) packets: [Packets<W, V>; CHUNK / LANES],
-    /// The nodes of the cell that is taken from and of the next, in turns.
-    pub(super) cells: [Cell<W, V::Number>; 2],
+    /// The nodes of the cells that are taken from and of the next, in turns.
+    pub(super) cells: [Cell<W, V::Number>; CELLS],
 }
 
 /// What is known of each particle.

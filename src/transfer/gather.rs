@@ -1,6 +1,6 @@
 //! Grid to particles.
 
-use super::chunk::{CHUNK, Cell, Chunk, Fields, load, store};
+use super::chunk::{CELLS, CHUNK, Cell, Chunk, Fields, load, store};
 use super::functions::{self, AxisTable, Line, functions, inner_functions};
 use super::task::{GatherTask, Plan, Sweep};
 use super::{Rows, nodes, stencil};
@@ -8,27 +8,37 @@ use crate::basis::Third;
 use crate::grid::{Frame, Lanes, Tile};
 use crate::lanes::{LANES, Mask, Number, Real, Wide};
 
-/// Takes the fields of the grid to `count` particles from `first` on, the first of which is number `at` of the chunk. All are in one cell,
-/// which is number `cell` of the chunk where they [`share`] it.
+/// Particles that take from the grid together, a lane each: of one cell, or of two where some end in it and the others begin in the next.
+#[derive(Clone, Copy)]
+pub(super) struct Group {
+    /// Number of the first particle in the chunk.
+    pub(super) at: usize,
+    /// Particles, at most as many as lanes.
+    pub(super) count: usize,
+    /// Particles of the first cell.
+    pub(super) of_first: usize,
+    /// Number of the first cell in the chunk.
+    pub(super) cell: usize,
+}
+
+/// Takes the fields of the grid to the particles of a group, the first of which is in row `row`. Cells must have been [`share`]d.
 ///
 /// # Safety
-/// The rows are the caller's, and the tile covers their stencils; there are at most as many as lanes.
+/// The rows are the caller's, and the tile covers their stencils. Of two cells both are shared, and forces are not needed.
 #[inline(always)]
-pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADIENT: bool, const AFFINE: bool>(
+pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADIENT: bool, const AFFINE: bool, const TWO: bool>(
     sweep: &Sweep,
     plan: &Plan<W>,
     task: &GatherTask,
-    first: usize,
-    at: usize,
-    count: usize,
+    row: usize,
+    group: Group,
     tile: &Tile,
-    cell: usize,
     chunk: &mut Chunk<W, V>,
 ) {
     let third = if AFFINE { Third::Affine } else { Third::Nothing };
     let Chunk { fields, cells, .. } = chunk;
-    let node = fields.node[at % CHUNK] as usize;
-    let inner = fields.is_inner(at);
+    let at = group.at;
+    let inner = TWO || fields.is_inner(at);
     let mut xi = [V::splat(0.0); D];
     for a in 0..D {
         xi[a] = load(&fields.xi[a], at);
@@ -39,12 +49,16 @@ pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADI
         inner_functions::<D, W, V>(&plan.tables, &xi, third)
     } else {
         // SAFETY: the rows are ours.
-        unsafe { functions::<D, W, V>(sweep, plan, first, count, third) }
+        unsafe { functions::<D, W, V>(sweep, plan, row, group.count, third) }
     };
-    let by_differences = inner && W > 2;
+    let node = fields.node[at % CHUNK] as usize;
+    let nodes = Differences {
+        cells: [&cells[group.cell % CELLS], &cells[(group.cell + 1) % CELLS]],
+        lanes: V::cells(if TWO { group.of_first } else { V::LANES }),
+    };
     for component in 0..D {
-        let taken = if by_differences {
-            let mut taken = interpolate_differences::<D, W, V, GRADIENT, AFFINE>(&f0, &f1, &f2, &cells[cell % 2], 1 + component);
+        let taken = if inner && W > 2 {
+            let mut taken = interpolate_differences::<D, W, V, GRADIENT, AFFINE, TWO>(&f0, &f1, &f2, &nodes, 1 + component);
             if AFFINE && W == 3 {
                 affine_of_quadratic(&mut taken, &xi, &plan.tables);
             }
@@ -62,12 +76,28 @@ pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADI
             }
         }
     }
-    if task.needs_force() {
+    if !TWO && task.needs_force() {
         // the mark is of use only to particles that may separate
         for lane in usize::from(task.separation == 0.0)..=D {
             let taken = interpolate::<D, W, V, false, false>(&f0, &f1, &f2, tile, &tile.force, node, lane);
             store(&mut fields.acceleration[lane], at, taken.value);
         }
+    }
+}
+
+/// The nodes of a group, see [`Cell`].
+struct Differences<'a, const W: usize, V: Real> {
+    cells: [&'a Cell<W, V::Number>; 2],
+    /// Lanes of the first cell.
+    lanes: V::Cells,
+}
+
+impl<const W: usize, V: Real> Differences<'_, W, V> {
+    /// Number `n` of pair `q` along slot 2, of each cell in its lanes.
+    #[inline(always)]
+    fn at<const TWO: bool>(&self, i: usize, j: usize, q: usize, n: usize) -> V {
+        let numbers = [self.cells[0].rows[i][j][q][n], self.cells[1].rows[i][j][q][n]];
+        if TWO { V::of_cells(numbers, self.lanes) } else { V::all(numbers[0]) }
     }
 }
 
@@ -77,7 +107,7 @@ pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADI
 #[inline(always)]
 pub(super) fn share<const D: usize, const W: usize, V: Real>(chunk: &mut Chunk<W, V>, at: usize, tile: &Tile, cell: usize) {
     if W > 2 && chunk.fields.is_inner(at) {
-        subtract::<D, W, V, V::Wide>(tile, &tile.momentum, chunk.fields.node[at % CHUNK] as usize, &mut chunk.cells[cell % 2]);
+        subtract::<D, W, V, V::Wide>(tile, &tile.momentum, chunk.fields.node[at % CHUNK] as usize, &mut chunk.cells[cell % CELLS]);
     }
 }
 
@@ -139,11 +169,11 @@ fn subtract<const D: usize, const W: usize, V: Real<Wide = E>, E: Wide>(
 
 /// As [`interpolate`], from differences. For the third of quadratic functions see [`affine_of_quadratic`].
 #[inline(always)]
-fn interpolate_differences<const D: usize, const W: usize, V: Real, const GRADIENT: bool, const AFFINE: bool>(
+fn interpolate_differences<const D: usize, const W: usize, V: Real, const GRADIENT: bool, const AFFINE: bool, const TWO: bool>(
     f0: &Line<V, W>,
     f1: &Line<V, W>,
     f2: &Line<V, W>,
-    cell: &Cell<W, V::Number>,
+    nodes_of: &Differences<W, V>,
     lane: usize,
 ) -> Taken<V> {
     let (zero, middle) = (V::splat(0.0), W / 2);
@@ -156,12 +186,11 @@ fn interpolate_differences<const D: usize, const W: usize, V: Real, const GRADIE
         let (mut v, mut d1, mut d2, mut m1, mut m2) = (zero, zero, zero, zero, zero);
         for at_j in 0..nodes::<D, W>(1) {
             let j = if D < 2 { 0 } else { middle_first(at_j, middle) };
-            let row = &cell.rows[i][j];
-            let of_middle = V::all(row[3][lane % 4]);
+            let of_middle = nodes_of.at::<TWO>(i, j, 3, lane % 4);
             let (mut sum, mut sloped, mut turned) = (of_middle, zero, of_middle);
             for at_k in 1..W {
                 let k = middle_first(at_k, middle);
-                let difference = V::all(row[(at_k - 1) / 2][4 * ((at_k - 1) % 2) + lane % 4]);
+                let difference = nodes_of.at::<TWO>(i, j, (at_k - 1) / 2, 4 * ((at_k - 1) % 2) + lane % 4);
                 sum = f2.value[k].fma(difference, sum);
                 if GRADIENT || by_slope {
                     sloped = if at_k == 1 { f2.slope[k] * difference } else { f2.slope[k].fma(difference, sloped) };

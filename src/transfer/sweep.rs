@@ -2,7 +2,7 @@
 //! for the one before.
 
 use super::chunk::{CHUNK, Chunk, ChunkMemory, store_eight};
-use super::gather::{gather, locate, places, share};
+use super::gather::{Group, gather, locate, places, share};
 use super::scatter::{Field, Source, add, pack, repack};
 use super::task::{GatherTask, Plan, Sweep, SweepReport, What};
 use super::tidy::{Sorting, tidy};
@@ -112,24 +112,37 @@ unsafe fn take_fields<const D: usize, const W: usize, V: Real, const GRADIENT: b
     from: &Tile,
     chunk: &mut Chunk<W, V>,
 ) -> u64 {
-    let (mut start, mut cell, mut runs) = (0, 0, 0);
-    share::<D, W, V>(chunk, start, from, cell);
-    while start < count {
-        let end = chunk.fields.end_of_run(start, count);
-        if end < count {
-            // ahead of time, so that nobody waits for it
-            share::<D, W, V>(chunk, end, from, cell + 1);
+    // two cells at once gain nothing where the nodes of each are read one by one
+    let may_mix = V::MIXES && W > 2 && !task.needs_force();
+    // where the cell of particle `at` ends, number `cell` of the chunk, and where the two after it do
+    let (mut at, mut ends, mut cell, mut runs) = (0, [0; 3], 0, 0);
+    while at < count {
+        while at >= ends[0] {
+            let start = ends[2];
+            ends = [ends[1], start, count];
+            if start < count {
+                // ahead of time, so that nobody waits for it
+                share::<D, W, V>(chunk, start, from, runs);
+                ends[2] = chunk.fields.end_of_run(start, count);
+                runs += 1;
+            }
+            cell += 1;
         }
-        while start < end {
-            let of_cell = V::LANES.min(end - start);
-            // SAFETY: the caller's promise.
-            unsafe { gather::<D, W, V, GRADIENT, AFFINE>(sweep, plan, task, first + start, start, of_cell, from, cell, chunk) };
-            start += of_cell;
-            runs += 1;
+        let end = ends[0];
+        let of_first = V::LANES.min(end - at);
+        let mut group = Group { at, count: of_first, of_first, cell: cell - 3 };
+        // SAFETY: the caller's promise.
+        unsafe {
+            if may_mix && of_first < V::LANES && end < count && chunk.fields.is_inner(at) && chunk.fields.is_inner(end) {
+                group.count = V::LANES.min(ends[1] - at);
+                gather::<D, W, V, GRADIENT, AFFINE, true>(sweep, plan, task, first + at, group, from, chunk);
+            } else {
+                gather::<D, W, V, GRADIENT, AFFINE, false>(sweep, plan, task, first + at, group, from, chunk);
+            }
         }
-        cell += 1;
+        at += group.count;
     }
-    runs
+    runs as u64
 }
 
 /// Updates the particles of a chunk, with the stresses that go with their momenta.

@@ -49,10 +49,10 @@ fn section(bench: &mut Bench, part: &str, size: Size, substeps: u64) -> Result<S
     entries.extend([1, 2].map(|threads| Entry::limit(memory, threads)));
     let race = bench.race(part, entries, bench.rounds())?;
 
-    let count = |row: &Row| Count { number: if row.precision == Precision::Single { 4 } else { 8 }, ..Count::COMMON };
+    let count = Count::COMMON;
     let share = |row: &Row| {
-        let of_peak = race.ratio(row.name, &limit(row).name(row.threads))? * count(row).flops();
-        let of_memory = race.ratio(row.name, &memory.name(row.threads))? * count(row).bytes();
+        let of_peak = race.ratio(row.name, &limit(row).name(row.threads))? * count.flops();
+        let of_memory = race.ratio(row.name, &memory.name(row.threads))? * count.bytes();
         Some([of_peak, of_memory])
     };
     let header = ["", "M/s", "Gflop/s", "of multiply-adds [%]", "GB/s", "of triad in memory [%]"];
@@ -61,9 +61,9 @@ fn section(bench: &mut Bench, part: &str, size: Size, substeps: u64) -> Result<S
         let giga = |each: f64| rate.map(|rate| three(1e-9 * rate * each));
         let cells = vec![
             rate.map(m),
-            giga(count(row).flops()),
+            giga(count.flops()),
             shares.map(|s| three(100.0 * s[0])),
-            giga(count(row).bytes()),
+            giga(count.bytes()),
             shares.map(|s| three(100.0 * s[1])),
         ];
         (row.name.to_owned(), cells)
@@ -71,7 +71,7 @@ fn section(bench: &mut Bench, part: &str, size: Size, substeps: u64) -> Result<S
     for row in ROWS.iter().filter(|row| row.threads == 1 && !row.shuffled) {
         if let Some(rate) = race.at_peak(row.name, peak) {
             let precision = row.name.split(',').next().unwrap_or_default();
-            bench.points.push((format!("common work, {} particles, {precision}", size.particles()), count(row), rate));
+            bench.points.push((format!("common work, {} particles, {precision}", size.particles()), count, rate));
         }
     }
     let factor = |first: &Row, second: &Row| race.ratio(first.name, second.name);
@@ -93,13 +93,12 @@ fn section(bench: &mut Bench, part: &str, size: Size, substeps: u64) -> Result<S
         text: format!(
             "A neo-Hookean block of {0} x {0} x {0} cells falls in a cube: quadratic B-splines, APIC, stress last, 8 particles a cell, jittered. \
              {substeps} steps a timing, in one call; the first timing does not count. A particle takes {1} operations (separable form: sums over \
-             nodes axis by axis) and {2} bytes in double precision, {3} in single (each number of the state in once and out once, and its share \
-             of the nodes): formulas in `src/study/throughput/count.rs`. Shares are of the {4} multiply-adds of the precision and of the \
-             triad, measured in the same rounds.",
+             nodes axis by axis) and {2} bytes (each number that is kept between steps in once and out once, and its share of the nodes; in single \
+             precision too, as that is for what is worked out, not for what is kept): formulas in `src/study/throughput/count.rs`. Shares are of \
+             the {3} multiply-adds of the precision and of the triad, measured in the same rounds.",
             size.block,
-            Count::COMMON.flops(),
-            Count::COMMON.bytes(),
-            count(&SINGLE).bytes(),
+            count.flops(),
+            count.bytes(),
             best.name()
         ),
         tables: vec![table],

@@ -13,11 +13,14 @@ const SHARE: f64 = 0.8;
 const ONE: &str = "1 thread";
 const TWO: &str = "2 threads";
 
-/// Bytes that private halos add to a particle-step: of a cube of so many particles, 8 a cell, each of `cores` ranges has W - 1 = 2 planes of its own
-/// at its end, of nodes of 32 bytes that are written and read once more.
-fn halo(particles: f64, cores: usize) -> f64 {
-    let side = (particles / 8.0).cbrt();
-    if cores == 1 { 0.0 } else { cores as f64 * 2.0 * (side + 2.0).powi(2) * 32.0 * 2.0 / particles }
+/// Particles of a block of 8 x 8 x 8 cells, which bodies of half a million particles and more are cut into, and colours of blocks.
+const BLOCK: f64 = 8.0 * 512.0;
+const COLOURS: f64 = 8.0;
+
+/// Share of the time in which `cores` have a block, if those of a colour are dealt out evenly and all wait for the last.
+fn busy(particles: f64, cores: usize) -> f64 {
+    let blocks = (particles / BLOCK / COLOURS).ceil();
+    blocks / (cores as f64 * (blocks / cores as f64).ceil())
 }
 
 pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
@@ -45,36 +48,36 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
             (name.to_owned(), cells.map(|v| v.map(three)).to_vec())
         },
     );
-    let limit = |cores: usize, particles: f64| SHARE * CHANNELS / (bytes + halo(particles, cores));
+    let most = SHARE * CHANNELS / bytes;
     let plan = tabulate(
         "The common work on a socket of 64 cores",
         &[
             "cores",
             "by arithmetic [M/s]",
             "traffic [GB/s]",
-            "halos, 1e6 particles [%]",
-            "halos, 1e8 particles [%]",
-            "by memory, 1e8 particles [M/s]",
-            "expected, 1e8 particles [M/s]",
+            "cores with work, 1e6 particles [%]",
+            "the same, 1e8 [%]",
+            "by memory [M/s]",
+            "expected, 1e6 particles [M/s]",
+            "the same, 1e8 [M/s]",
         ],
         CORES,
         |cores| {
             let arithmetic = cores as f64 * one;
-            let most = limit(cores, 1e8);
+            let expected = |particles: f64| 1e-6 * most.min(arithmetic * busy(particles, cores));
             let cells = [
                 1e-6 * arithmetic,
-                1e-9 * arithmetic * (bytes + halo(1e8, cores)),
-                100.0 * halo(1e6, cores) / bytes,
-                100.0 * halo(1e8, cores) / bytes,
+                1e-9 * arithmetic * bytes,
+                100.0 * busy(1e6, cores),
+                100.0 * busy(1e8, cores),
                 1e-6 * most,
-                1e-6 * arithmetic.min(most),
+                expected(1e6),
+                expected(1e8),
             ];
             (cores.to_string(), cells.map(|v| Some(three(v))).to_vec())
         },
     );
     let full = SHARE * CHANNELS / (one * bytes);
-    // position and deformation gradient in and out, mass, volume, share of the nodes
-    let fused = 8.0 * (2.0 * 12.0 + 2.0 + 3.0);
     let ends = if full < 64.0 {
         format!("With {full:.0} cores at the rate of one of here the memory is full.")
     } else {
@@ -85,14 +88,16 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
         text: format!(
             "A particle-step of the common work moves at least {bytes} bytes (double precision). A socket with 12 channels of DDR5-4800 has \
              {:.0} GB/s, of which a triad gets about {:.0} %. {ends}\n\n\
-             - Ranges of particles in the order of blocks, one a core, with a private copy of the planes of nodes that two ranges share, summed in \
-             the order of the ranges: the same bytes for any number of cores. What that adds is in the columns of halos; for small bodies it, and \
-             two barriers a step, are what ends the gain, so that a range is not made smaller than some thousand particles.\n\
-             - Memory is placed where it is used: each core is the first to write to its own range.\n\
-             - Where memory is the limit, the passes over the particles are fused, so that velocity and affine matrix stay in registers between \
-             steps of one call: {fused} bytes a particle-step. Single precision halves both.",
+             - Now: particles in blocks of cells, one at a time to a core. Blocks of one of 8 colours share no node, so that they add to the grid \
+             without locks and in the same order for any number of cores: the same bytes. A colour waits for its last block: with {:.0} blocks of \
+             a million particles that is what ends the gain, long before the memory does.\n\
+             - Then: each block keeps the sums of its tile, and nodes add those of their blocks in a fixed order: one barrier in place of 8, and all \
+             blocks are open at once. That costs the tile once more to memory and back, 32 bytes a node: {:.0} bytes a particle.\n\
+             - Memory is placed where it is used: each core is the first to write to its own blocks, and keeps them.",
             1e-9 * CHANNELS,
-            100.0 * SHARE
+            100.0 * SHARE,
+            1e6 / BLOCK,
+            2.0 * 32.0 * 1000.0 / BLOCK
         ),
         tables: vec![traffic, plan],
         failures: race.faults,
@@ -103,9 +108,9 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
 #[cfg(test)]
 mod tests {
     #[test]
-    fn halos_shrink_with_the_body() {
-        assert_eq!(super::halo(1e6, 1), 0.0);
-        // 64 ranges, 2 planes of 52^2 nodes, 64 bytes
-        assert!((super::halo(1e6, 64) - 64.0 * 2.0 * 2704.0 * 64.0 / 1e6).abs() < 1e-9);
+    fn cores_wait_where_blocks_are_few() {
+        // 31 blocks of a colour
+        assert_eq!([1, 2, 16, 64].map(|cores| super::busy(1e6, cores)), [1.0, 31.0 / 32.0, 31.0 / 32.0, 31.0 / 64.0]);
+        assert!(super::busy(1e8, 64) > 0.98);
     }
 }
