@@ -60,7 +60,7 @@ pub(super) fn block(size: Size, method: &str, times_wider: usize) -> String {
 const WAVE: f64 = 36.69;
 
 /// The same for the total formulation, which has neither a grid around the body nor a floor below it; so many particles along an edge of a cell.
-pub(super) fn block_alone(size: Size, method: &str, particles: usize) -> String {
+pub(super) fn block_alone(size: Size, law: &str, method: &str, particles: usize) -> String {
     let cell = 1.0 / size.cube as f64;
     let high = vec![size.block as f64 * cell; 3];
     format!(
@@ -68,7 +68,7 @@ pub(super) fn block_alone(size: Size, method: &str, particles: usize) -> String 
         title = "elastic block"
         dimension = 3
         grid = {{ origin = [0, 0, 0], size = {high:?}, cell = {cell} }}
-        material.rubber = {{ law = "neo_hookean", young = 1e6, poisson = 0.3, density = 1e3 }}
+        material.rubber = {{ law = "{law}", young = 1e6, poisson = 0.3, density = 1e3 }}
         load.weight.gravity = [0, -9.8, 0]
         method = {{ formulation = "total", degree = 2, {method} }}
         time = {{ end = 100, step = {step} }}

@@ -11,7 +11,6 @@ use crate::total::wide::{LANES, Lane, Portable, Wide};
 pub(super) struct Law {
     material: Material,
     embedding: Embedding,
-    /// Constants of the plane or axis: where it is stress-free across, the law of small strain is one with another first constant.
     lame: Lame,
     pub(super) kind: Kind,
 }
@@ -19,8 +18,6 @@ pub(super) struct Law {
 /// How stresses are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// Eight points at once.
-    Linear,
     /// Eight points at once.
     NeoHookean,
     /// One by one.
@@ -57,23 +54,15 @@ impl Seen {
 }
 
 impl Law {
-    /// The law where its answer depends on the deformation alone, not on what was before.
+    /// The law where its answer depends on the deformation alone, not on what was before; that of small strain is not worked out at points (see
+    /// [`small_strain`]).
     pub(super) fn new(material: &Material, embedding: Embedding) -> Option<Self> {
-        let mut lame = *material.lame();
         let kind = match material {
-            Material::Linear(Lame { lambda, mu }) => {
-                if embedding.stress_free {
-                    // no stress across: plane stress, and Young's modulus along an axis
-                    lame.lambda =
-                        if embedding.dimension == 1 { lambda * mu / (lambda + mu) } else { 2.0 * lambda * mu / (lambda + 2.0 * mu) };
-                }
-                Kind::Linear
-            }
             Material::NeoHookean(_) if !embedding.stress_free => Kind::NeoHookean,
             Material::NeoHookean(_) | Material::Hencky(_) => Kind::Other,
-            Material::Hypo(_) => return None,
+            Material::Linear(_) | Material::Hypo(_) => return None,
         };
-        Some(Self { material: *material, embedding, lame, kind })
+        Some(Self { material: *material, embedding, lame: *material.lame(), kind })
     }
 
     /// Stress and ratio of wave speeds at one point; `None` where there is none.
@@ -85,30 +74,18 @@ impl Law {
     }
 }
 
-/// Small strain: P = lambda tr(e) I + 2 mu e.
-#[inline(always)]
-pub(super) fn linear<V: Wide, const D: usize>(law: &Law, points: &mut [Block<D>], _: &mut Seen) {
-    let (lambda, mu) = (V::splat(law.lame.lambda), V::splat(law.lame.mu));
-    for point in points {
-        let mut g = [[V::zero(); D]; D];
-        for f in 0..D {
-            for d in 0..D {
-                g[f][d] = V::load(&point[f][d]);
-            }
-        }
-        let mut trace = g[0][0].add(g[1][1]);
-        if D > 2 {
-            trace = trace.add(g[2][2]);
-        }
-        let pressure = lambda.mul(trace);
-        for f in 0..D {
-            for d in 0..D {
-                let twice = g[f][d].add(g[d][f]);
-                let stress = if f == d { mu.fma(twice, pressure) } else { mu.mul(twice) };
-                stress.store(&mut point[f][d]);
-            }
-        }
-    }
+/// The constants of the law of small strain, P = lambda tr(e) I + 2 mu e, in its plane or along its axis: where that is stress-free across, it is a
+/// law with another first constant. `None` for other laws.
+pub(super) fn small_strain(material: &Material, embedding: Embedding) -> Option<Lame> {
+    let Material::Linear(Lame { lambda, mu }) = *material else { return None };
+    let lambda = match embedding.dimension {
+        _ if !embedding.stress_free => lambda,
+        // Young's modulus along an axis
+        1 => lambda * mu / (lambda + mu),
+        // plane stress
+        _ => 2.0 * lambda * mu / (lambda + 2.0 * mu),
+    };
+    Some(Lame { lambda, mu })
 }
 
 /// Compressible neo-Hookean solid: P = mu F + (lambda ln J - mu) F^-T (Bonet and Wood 2008, eq. 6.28, times F^-T).
@@ -226,10 +203,6 @@ macro_rules! kernels {
         mod $module {
             use super::*;
             $(#[target_feature(enable = $features)])?
-            pub(super) fn linear<const D: usize>(law: &Law, points: &mut [Block<D>], seen: &mut Seen) {
-                super::linear::<$vector, D>(law, points, seen);
-            }
-            $(#[target_feature(enable = $features)])?
             pub(super) fn neo_hookean<const D: usize>(law: &Law, points: &mut [Block<D>], seen: &mut Seen) {
                 super::neo_hookean::<$vector, D>(law, points, seen);
             }
@@ -249,14 +222,9 @@ impl Kind {
         match (self, instructions) {
             (Self::Other, _) => one_by_one::<D>,
             #[cfg(target_arch = "x86_64")]
-            (Self::Linear, Instructions::Avx512) => avx512::linear::<D>,
-            #[cfg(target_arch = "x86_64")]
-            (Self::Linear, Instructions::Avx2) => avx2::linear::<D>,
-            #[cfg(target_arch = "x86_64")]
             (Self::NeoHookean, Instructions::Avx512) => avx512::neo_hookean::<D>,
             #[cfg(target_arch = "x86_64")]
             (Self::NeoHookean, Instructions::Avx2) => avx2::neo_hookean::<D>,
-            (Self::Linear, Instructions::Portable) => portable::linear::<D>,
             (Self::NeoHookean, Instructions::Portable) => portable::neo_hookean::<D>,
         }
     }

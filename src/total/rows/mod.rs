@@ -2,10 +2,9 @@
 //! tables an axis, and eight cells fit in the lanes of a vector.
 //!
 //! Which bodies have it is decided here, once; the sums over particles (`force.rs`) are the path of all others, and its twin in tests.
-//! Laws of small strain take it too. Their stiffness could be assembled once: away from the ends of the axes it is one block of 3x3 for each
-//! neighbour of a node, the same everywhere, at degree 2 in space 1,125 products a node. The sums by axes with two points along each axis take about
-//! 1,000, with no other tables for nodes near the ends, and serve all laws.
+//! Laws of small strain need no points at all (`assembled`).
 
+mod assembled;
 pub(super) mod kick;
 mod law;
 mod spread;
@@ -18,6 +17,7 @@ use super::wide::{Instructions, LANES, Lane};
 use crate::basis::Family;
 use crate::model::{Body, Model};
 use crate::state::Particles;
+use assembled::Assembled;
 pub(crate) use law::Seen;
 use law::{Kernel, Law};
 use rayon::prelude::*;
@@ -113,8 +113,12 @@ fn of(
     if !open || body.map.is_some() || reference.ties().is_some() {
         return None;
     }
-    let law = Law::new(&body.material, model.embedding)?;
     let grid = Grid::new(reference, &particles.volume[body.particles.clone()])?;
+    if let Some(lame) = law::small_strain(&body.material, model.embedding) {
+        let forces = Assembled::new(&grid, lame, reference, instructions);
+        return Some((Box::new(forces), Spread::new(grid, reference, body.density, body.particles.len())));
+    }
+    let law = Law::new(&body.material, model.embedding)?;
     fn boxed<const D: usize, const W: usize>(grid: &Grid, law: Law, reference: &Reference, instructions: Instructions) -> Box<dyn Forces> {
         Box::new(Rows::<D, W>::new(grid, law, reference, instructions))
     }
