@@ -4,8 +4,11 @@ use crate::component::{Fallback, StepError};
 use crate::model::Model;
 use crate::state::State;
 use crate::step::measure::Measures;
-use crate::step::{Stepper, Wrong, limit};
+use crate::step::{Stepper, Wrong, limit, worth_sharing};
 use crate::total::{Total, Updated};
+use std::cell::Cell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What moves a state on.
 pub(crate) enum Solver {
@@ -71,6 +74,18 @@ impl Solver {
     /// One step of length `dt` \[s\], to be followed at once by one of length `next`, if any. On an error the state is spoilt; the caller
     /// holds a copy.
     pub(crate) fn advance(&mut self, model: &Model, state: &mut State, dt: f64, next: Option<f64>) -> Result<(), StepError> {
+        if self.shares(state) { awake(|| self.advance_here(model, state, dt, next)) } else { self.advance_here(model, state, dt, next) }
+    }
+
+    /// Whether loops of a step are shared between threads.
+    fn shares(&self, state: &State) -> bool {
+        match self {
+            Self::Updated(_) | Self::Implicit(_) => worth_sharing(state),
+            Self::Total(total) => total.shares(state),
+        }
+    }
+
+    fn advance_here(&mut self, model: &Model, state: &mut State, dt: f64, next: Option<f64>) -> Result<(), StepError> {
         match self {
             Self::Updated(stepper) => stepper.advance(model, state, dt, next),
             Self::Implicit(updated) => match model.implicit {
@@ -193,4 +208,31 @@ impl Solver {
             Self::Total(_) => Ok(None),
         }
     }
+}
+
+/// Does some work on a thread of the pool while the others stay awake: it takes long for one to wake up, and a step has a dozen loops to share.
+fn awake<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    thread_local!(static LEADS: Cell<bool> = const { Cell::new(false) });
+    /// Says that the work is done, or has panicked.
+    struct Done(Arc<AtomicBool>, bool);
+    impl Drop for Done {
+        fn drop(&mut self) {
+            self.0.store(true, Ordering::Release);
+            LEADS.set(self.1);
+        }
+    }
+    rayon::scope(|_| {
+        let done = Done(Arc::default(), LEADS.replace(true));
+        let is_done = done.0.clone();
+        // nobody waits for those who have something else to do
+        rayon::spawn_broadcast(move |_| {
+            // who leads some work would keep it waiting
+            while !LEADS.get() && !is_done.load(Ordering::Acquire) {
+                if rayon::yield_now() != Some(rayon::Yield::Executed) {
+                    std::thread::yield_now();
+                }
+            }
+        });
+        work()
+    })
 }

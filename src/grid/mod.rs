@@ -187,6 +187,8 @@ impl Grid {
             self.colours[colour(bin.block)].push(i as u32);
         }
         self.colours.retain(|c| !c.is_empty());
+        let particles = |bin: &u32| bins[*bin as usize].end - bins[*bin as usize].start;
+        self.colours.iter_mut().for_each(|c| c.sort_by_key(|bin| std::cmp::Reverse(particles(bin))));
         if !known {
             self.meet();
             self.tie(model);

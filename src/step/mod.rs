@@ -186,7 +186,7 @@ impl Stepper {
 /// Particles below which a loop is not worth sharing between threads.
 const WORTH_SHARING: usize = 4096;
 
-fn worth_sharing(state: &State) -> bool {
+pub(crate) fn worth_sharing(state: &State) -> bool {
     state.particles.len() >= WORTH_SHARING && rayon::current_num_threads() > 1
 }
 

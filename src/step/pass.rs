@@ -7,6 +7,7 @@ use crate::state::{Bin, State};
 use crate::transfer::{Fault, FaultKind, Kernels, Scratch, Sweep, SweepReport, What};
 use rayon::prelude::*;
 use std::cell::{Cell, RefCell};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Carries out a sweep on the particles of all bins. What they give is summed in the fields of the grid, or, where they take in the same
 /// sweep, in those of the coming step. The report is that of all bins, in their order, so that it does not depend on the threads.
@@ -47,8 +48,18 @@ pub(super) fn pass(grid: &mut Grid, kernels: &Kernels, bins: &[Bin], shared: boo
     reports.resize(bins.len(), SweepReport::NOTHING);
     let mut carry_out = |grid: &Grid, some: &[u32]| {
         if shared {
-            let found: Vec<(u32, SweepReport)> = some.par_iter().map(|&b| (b, of(grid, b as usize))).collect();
-            found.iter().for_each(|(b, report)| reports[*b as usize] = *report);
+            // whoever is free takes the next, the largest first
+            let next = AtomicUsize::new(0);
+            let take = |_| {
+                let mut found = Vec::new();
+                while let Some(&b) = some.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    found.push((b, of(grid, b as usize)));
+                }
+                found
+            };
+            let threads = rayon::current_num_threads().min(some.len());
+            let found: Vec<_> = (0..threads).into_par_iter().with_max_len(1).map(take).collect();
+            found.iter().flatten().for_each(|(b, report)| reports[*b as usize] = *report);
         } else {
             some.iter().for_each(|&b| reports[b as usize] = of(grid, b as usize));
         }

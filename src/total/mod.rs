@@ -192,6 +192,11 @@ impl Total {
         }
     }
 
+    /// Whether loops of a step are shared between threads.
+    pub(crate) fn shares(&self, state: &State) -> bool {
+        self.fast.is_some() && state.particles.len() >= rows::FEW && rayon::current_num_threads() > 1
+    }
+
     /// Nodes at time 0: at rest, with the velocity of the scene, projected as the mass matrix has it.
     pub(crate) fn start(&mut self, model: &Model, state: &mut State) {
         let velocity = self.project(model, state, &state.particles.velocity);

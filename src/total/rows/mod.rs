@@ -216,7 +216,7 @@ impl Grid {
 /// Pieces that a body is cut into at most; two colours of them work at the same time.
 const PIECES: usize = 32;
 /// Points below which threads cost more than they bring.
-const FEW: usize = 20_000;
+pub(super) const FEW: usize = 20_000;
 
 impl<const D: usize, const W: usize> Rows<D, W> {
     fn new(grid: &Grid, law: Law, reference: &Reference, instructions: Instructions) -> Self {
