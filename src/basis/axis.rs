@@ -132,13 +132,19 @@ impl Axis {
         x.clamp(self.origin, self.origin + self.cell * self.cells as f64)
     }
 
-    /// Whether a particle domain of this half-length \[m\] fits the stencil.
+    /// Half-length of the longest particle domain that fits the stencil \[m\].
+    pub(crate) fn widest(&self) -> f64 {
+        let cells = match self.family {
+            Family::Domains { follow: true } => 1.0,
+            Family::Domains { follow: false } => 0.5,
+            _ => f64::INFINITY,
+        };
+        cells * self.cell * (1.0 + EDGE_TOLERANCE)
+    }
+
+    /// Whether a particle domain of this half-length \[m\] does.
     pub(crate) fn fits(&self, half: f64) -> bool {
-        match self.family {
-            Family::Domains { follow: true } => half > 0.0 && half <= self.cell * (1.0 + EDGE_TOLERANCE),
-            Family::Domains { follow: false } => half > 0.0 && half <= 0.5 * self.cell * (1.0 + EDGE_TOLERANCE),
-            _ => true,
-        }
+        half <= self.widest() && (half > 0.0 || self.widest() == f64::INFINITY)
     }
 
     /// First function of the polynomials of a cell.

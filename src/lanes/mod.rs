@@ -94,7 +94,9 @@ impl Instructions {
 }
 
 /// Numbers, one a lane: eight, or sixteen in single precision where a register holds them. Nodes in a row with a [`Quad`] each are numbers too.
-pub(crate) trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self> {
+pub(crate) trait Real:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+{
     type Number: Number;
     /// Eight lanes in double precision.
     type Wide: Wide;
@@ -138,6 +140,8 @@ pub(crate) trait Real: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Outp
     fn fma(self, b: Self, c: Self) -> Self;
     /// `c - self * b`, rounded once where the CPU can.
     fn fnma(self, b: Self, c: Self) -> Self;
+    fn max(self, other: Self) -> Self;
+    fn min(self, other: Self) -> Self;
 
     /// The same quad at all nodes of a row.
     fn at_all(quad: &Quad<Self::Number>) -> Self;
@@ -171,7 +175,7 @@ pub(crate) trait Apart<V> {
 }
 
 /// Eight numbers in double precision, with what only particles need.
-pub(crate) trait Wide: Real<Number = f64, Wide = Self, Lanes = Batch, Quads = [Quad; LANES]> + Div<Output = Self> {
+pub(crate) trait Wide: Real<Number = f64, Wide = Self, Lanes = Batch, Quads = [Quad; LANES]> {
     /// The first lane.
     fn first(self) -> f64;
 
@@ -188,8 +192,6 @@ pub(crate) trait Wide: Real<Number = f64, Wide = Self, Lanes = Batch, Quads = [Q
     unsafe fn store_some(self, to: *mut f64, count: usize);
 
     fn floor(self) -> Self;
-    fn max(self, other: Self) -> Self;
-    fn min(self, other: Self) -> Self;
     fn abs(self) -> Self;
     /// Where `self <= other`; false for NaN.
     fn at_most(self, other: Self) -> Mask;

@@ -43,7 +43,7 @@ macro_rules! operator {
 
 macro_rules! real {
     ($of:ident of $number:ident) => {
-        operator!($of: Add add + Sub sub - Mul mul *);
+        operator!($of: Add add + Sub sub - Mul mul * Div div /);
 
         impl Neg for $of {
             type Output = Self;
@@ -112,6 +112,14 @@ macro_rules! real {
                 (-self).fma(b, c)
             }
             #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                lanes!($of: l => if self.0[l] > other.0[l] { self.0[l] } else { other.0[l] })
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                lanes!($of: l => if self.0[l] < other.0[l] { self.0[l] } else { other.0[l] })
+            }
+            #[inline(always)]
             fn at_all(quad: &Quad<$number>) -> Self {
                 lanes!($of: l => quad[l % 4])
             }
@@ -153,7 +161,6 @@ macro_rules! real {
 }
 real!(Plain of f64);
 real!(PlainSingle of f32);
-operator!(Plain: Div div /);
 
 impl Wide for Plain {
     #[inline(always)]
@@ -179,14 +186,6 @@ impl Wide for Plain {
     #[inline(always)]
     fn floor(self) -> Self {
         lanes!(Plain: l => self.0[l].floor())
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        lanes!(Plain: l => if self.0[l] > other.0[l] { self.0[l] } else { other.0[l] })
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        lanes!(Plain: l => if self.0[l] < other.0[l] { self.0[l] } else { other.0[l] })
     }
     #[inline(always)]
     fn abs(self) -> Self {

@@ -34,9 +34,9 @@ macro_rules! negative {
     };
 }
 
-/// Lanes in one register: from memory, to memory, and multiply-adds.
+/// Lanes in one register: from memory, to memory, multiply-adds and the larger and smaller of two.
 macro_rules! one_register {
-    ($number:ident: $set:ident $load:ident $store:ident $fma:ident $fnma:ident) => {
+    ($number:ident: $set:ident $load:ident $store:ident $fma:ident $fnma:ident $max:ident $min:ident) => {
         #[inline(always)]
         fn splat(x: f64) -> Self {
             Self::all(x as $number)
@@ -65,6 +65,16 @@ macro_rules! one_register {
         fn fnma(self, b: Self, c: Self) -> Self {
             // SAFETY: see the top of the file.
             Self(unsafe { $fnma(self.0, b.0, c.0) })
+        }
+        #[inline(always)]
+        fn max(self, other: Self) -> Self {
+            // SAFETY: see the top of the file.
+            Self(unsafe { $max(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn min(self, other: Self) -> Self {
+            // SAFETY: see the top of the file.
+            Self(unsafe { $min(self.0, other.0) })
         }
     };
 }

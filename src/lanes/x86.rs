@@ -43,7 +43,8 @@ impl Real for Avx512 {
         // SAFETY: as above.
         Self(unsafe { _mm512_mask_blend_pd(cells, _mm512_set1_pd(b), _mm512_set1_pd(a)) })
     }
-    one_register!(f64: _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd _mm512_fmadd_pd _mm512_fnmadd_pd);
+    one_register!(f64: _mm512_set1_pd _mm512_loadu_pd _mm512_storeu_pd _mm512_fmadd_pd _mm512_fnmadd_pd
+        _mm512_max_pd _mm512_min_pd);
     one_eight!();
     lanes_of!("avx512f,avx512dq,avx512vl,avx2,fma");
     #[inline(always)]
@@ -123,16 +124,6 @@ impl Wide for Avx512 {
     fn floor(self) -> Self {
         // SAFETY: as above.
         Self(unsafe { _mm512_roundscale_pd::<{ _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC }>(self.0) })
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm512_max_pd(self.0, other.0) })
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        // SAFETY: as above.
-        Self(unsafe { _mm512_min_pd(self.0, other.0) })
     }
     #[inline(always)]
     fn abs(self) -> Self {
@@ -241,6 +232,16 @@ impl Real for Avx2 {
         unsafe { Self(_mm256_fnmadd_pd(self.0, b.0, c.0), _mm256_fnmadd_pd(self.1, b.1, c.1)) }
     }
     #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        // SAFETY: as above.
+        unsafe { Self(_mm256_min_pd(self.0, other.0), _mm256_min_pd(self.1, other.1)) }
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        // SAFETY: as above.
+        unsafe { Self(_mm256_max_pd(self.0, other.0), _mm256_max_pd(self.1, other.1)) }
+    }
+    #[inline(always)]
     fn at_all(quad: &Quad) -> Self {
         // SAFETY: as above.
         let quad = unsafe { _mm256_loadu_pd(quad.as_ptr()) };
@@ -314,16 +315,6 @@ impl Wide for Avx2 {
     fn floor(self) -> Self {
         // SAFETY: as above.
         unsafe { Self(_mm256_floor_pd(self.0), _mm256_floor_pd(self.1)) }
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        // SAFETY: as above.
-        unsafe { Self(_mm256_max_pd(self.0, other.0), _mm256_max_pd(self.1, other.1)) }
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        // SAFETY: as above.
-        unsafe { Self(_mm256_min_pd(self.0, other.0), _mm256_min_pd(self.1, other.1)) }
     }
     #[inline(always)]
     fn abs(self) -> Self {

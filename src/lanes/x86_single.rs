@@ -4,7 +4,7 @@
 
 use super::{Apart, Avx2, Avx512, Batch, LANES, MOST_LANES, Quad, Real};
 use std::arch::x86_64::*;
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Sixteen numbers in one register; for AVX-512 F, DQ and VL.
 #[derive(Clone, Copy)]
@@ -15,9 +15,9 @@ pub(crate) struct Avx512Single(__m512);
 pub(crate) struct Avx2Single(__m256);
 
 operators!(Avx512Single (0): Neg _mm512_xor_ps _mm512_set1_ps;
-    Add add _mm512_add_ps Sub sub _mm512_sub_ps Mul mul _mm512_mul_ps);
+    Add add _mm512_add_ps Sub sub _mm512_sub_ps Mul mul _mm512_mul_ps Div div _mm512_div_ps);
 operators!(Avx2Single (0): Neg _mm256_xor_ps _mm256_set1_ps;
-    Add add _mm256_add_ps Sub sub _mm256_sub_ps Mul mul _mm256_mul_ps);
+    Add add _mm256_add_ps Sub sub _mm256_sub_ps Mul mul _mm256_mul_ps Div div _mm256_div_ps);
 
 // SAFETY of every block below: see the top of the file; pointers are good by the promise of the caller or come from references.
 impl Real for Avx512Single {
@@ -36,7 +36,8 @@ impl Real for Avx512Single {
         // SAFETY: as above.
         Self(unsafe { _mm512_mask_blend_ps(cells, _mm512_set1_ps(b), _mm512_set1_ps(a)) })
     }
-    one_register!(f32: _mm512_set1_ps _mm512_loadu_ps _mm512_storeu_ps _mm512_fmadd_ps _mm512_fnmadd_ps);
+    one_register!(f32: _mm512_set1_ps _mm512_loadu_ps _mm512_storeu_ps _mm512_fmadd_ps _mm512_fnmadd_ps
+        _mm512_max_ps _mm512_min_ps);
     lanes_of!("avx512f,avx512dq,avx512vl,avx2,fma");
     #[inline(always)]
     fn join([a, b]: [Avx512; 2]) -> Self {
@@ -146,7 +147,8 @@ impl Real for Avx2Single {
         // SAFETY: as above.
         Self(unsafe { _mm256_blendv_ps(_mm256_set1_ps(b), _mm256_set1_ps(a), cells) })
     }
-    one_register!(f32: _mm256_set1_ps _mm256_loadu_ps _mm256_storeu_ps _mm256_fmadd_ps _mm256_fnmadd_ps);
+    one_register!(f32: _mm256_set1_ps _mm256_loadu_ps _mm256_storeu_ps _mm256_fmadd_ps _mm256_fnmadd_ps
+        _mm256_max_ps _mm256_min_ps);
     lanes_of!("avx2,fma");
     #[inline(always)]
     fn join([eight, _]: [Avx2; 2]) -> Self {

@@ -34,8 +34,9 @@ pub(super) struct Chunk<const W: usize, V: Real> {
 /// What is known of each particle.
 #[repr(C, align(64))]
 pub(super) struct Fields<N> {
-    /// Local coordinate in its cell, by axis; of use only where the functions are those of inner cells.
+    /// Where it is in its cell, by axis, see [`super::functions::Local`].
     pub(super) xi: [Column<N>; 3],
+    pub(super) length: [Column<N>; 3],
     /// Velocity of the grid, later of the particle.
     pub(super) velocity: [Column<N>; 3],
     /// Acceleration of the grid; the first is a mark (see `Stepper::mark_held_nodes`).

@@ -1,6 +1,7 @@
 //! Shape functions at particles, a lane each.
 
-use super::gather::places;
+use super::domains;
+use super::gather::positions;
 use super::task::{Plan, Sweep};
 use crate::basis::{Axis, NO_MOMENT, OFF_EDGE, Places, Stencils, Third};
 use crate::grid::Frame;
@@ -19,7 +20,7 @@ pub(super) struct Line<V, const W: usize> {
 
 impl<V: Real, const W: usize> Line<V, W> {
     #[inline(always)]
-    fn zero() -> Self {
+    pub(super) fn zero() -> Self {
         let zero = V::splat(0.0);
         Self { value: [zero; W], slope: [zero; W], third: [zero; W] }
     }
@@ -39,13 +40,15 @@ pub(super) struct AxisTable<const W: usize> {
     /// Lower end of the grid \[m\].
     pub(super) origin: f64,
     /// Cell size \[m\].
-    cell: f64,
+    pub(super) cell: f64,
     /// Its inverse.
     pub(super) inverse: f64,
     /// Cells.
     count: f64,
     /// See [`Axis::ends_of_places`].
     pub(super) ends: (f64, f64),
+    /// See [`Axis::widest`].
+    pub(super) widest: f64,
 }
 
 impl<const W: usize> AxisTable<W> {
@@ -62,6 +65,7 @@ impl<const W: usize> AxisTable<W> {
             inverse: axis.inverse_cell(),
             count: f64::from(axis.cells()),
             ends: axis.ends_of_places(),
+            widest: axis.widest(),
         };
         if let Some(inner) = axis.inner() {
             let (value, nodes) = axis.inner_piece::<W>(inner);
@@ -92,9 +96,19 @@ impl<const W: usize> AxisTable<W> {
         (cell, (s - cell).max(V::splat(OFF_EDGE)).min(V::splat(1.0 - OFF_EDGE)))
     }
 
-    /// The functions at eight places of one of these cells.
+    /// What the sum with the affine weights over three nodes along an axis is made of: so many times v - v_1 and so many times dv/dx.
+    ///
+    /// A field is three numbers there, v = v_1 + N_0 (v_0 - v_1) + N_2 (v_2 - v_1): its value, its slope and v_1 say all. With the weights
+    /// N_a (x_a - x_p) 4 / h^2 of B-splines the sum is (4 xi - 2) / h (v - v_1) + 4 xi (1 - xi) dv/dx.
     #[inline(always)]
-    fn at<V: Real>(&self, xi: V, third: Third) -> Line<V, W> {
+    pub(super) fn affine_of_three<V: Real>(&self, xi: V) -> (V, V) {
+        let four_xi = V::splat(4.0) * xi;
+        ((four_xi - V::splat(2.0)) * V::splat(self.inverse), xi.fnma(four_xi, four_xi))
+    }
+
+    /// The B-splines at places of one of these cells.
+    #[inline(always)]
+    pub(super) fn splines<V: Real>(&self, xi: V, third: Third) -> Line<V, W> {
         let mut line = Line::zero();
         if W == 3 {
             // the B-splines of three functions a cell, from the local coordinate and what is left of the cell
@@ -131,21 +145,31 @@ fn polynomial<const W: usize, V: Real>(table: &[[f64; W]; W], a: usize, zeros: u
     sum
 }
 
-/// The functions at eight places in inner cells, slot by slot.
+/// Where particles are in their cells, by axis.
+#[derive(Clone, Copy)]
+pub(super) struct Local<V, const D: usize> {
+    /// Local coordinate, of a domain that of its lower end; of use only where the functions are those of inner cells.
+    pub(super) xi: [V; D],
+    /// Length of the domain \[cells\]; of use only where there are domains.
+    pub(super) length: [V; D],
+}
+
+/// The functions at particles in inner cells, slot by slot.
 #[inline(always)]
 pub(super) fn inner_functions<const D: usize, const W: usize, V: Real>(
-    tables: &[AxisTable<W>; 3],
-    xi: &[V; D],
+    plan: &Plan<W>,
+    local: &Local<V, D>,
     third: Third,
 ) -> [Line<V, W>; 3] {
-    let unused = Line::zero();
-    // in slots: the last axis is slot 2
-    let of = [D.wrapping_sub(3), D.wrapping_sub(2), D - 1];
-    [
-        if D == 3 { tables[of[0]].at(xi[of[0]], third) } else { unused },
-        if D >= 2 { tables[of[1]].at(xi[of[1]], third) } else { unused },
-        tables[of[2]].at(xi[of[2]], third),
-    ]
+    if const { W == 3 || W == 4 } && plan.domains {
+        return domains::inner_functions(&plan.tables, local, third);
+    }
+    let mut lines = [Line::zero(); 3];
+    for a in 0..D {
+        // in slots: the last axis is slot 2
+        lines[3 - D + a] = plan.tables[a].splines(local.xi[a], third);
+    }
+    lines
 }
 
 /// The functions at `count` particles from `first` on, wherever they are.
@@ -211,7 +235,7 @@ unsafe fn anywhere<const D: usize, const W: usize, V: Real<Wide = E>, E: Wide>(
         let (row, some) = (first + start, LANES.min(count - start));
         if plan.splines {
             // SAFETY: the caller's promise.
-            let (x, _) = unsafe { places::<D, E>(sweep, row, some) };
+            let x = unsafe { positions::<D, E>(sweep, row, some) };
             for a in 0..D {
                 of[eight][3 - D + a] = splines(&axes[a], &plan.tables[a], x[a], third);
             }
@@ -292,15 +316,15 @@ fn splines<const W: usize, V: Wide>(axis: &Axis, table: &AxisTable<W>, x: V, thi
     line
 }
 
-/// Local coordinates of eight positions in their cells. Writes the places of their first nodes in a tile, and returns those whose
-/// functions are not those of inner cells; the functions of the grid are B-splines.
+/// Where eight particles are, if the functions of the grid are B-splines. Writes the places of their first nodes in a tile, and returns
+/// those whose functions are not those of inner cells.
 #[inline(always)]
 pub(super) fn locate<const D: usize, const W: usize, V: Wide>(
     tables: &[AxisTable<W>; 3],
     x: &[V; D],
     frame: &Frame,
     nodes: &mut [u32; LANES],
-) -> ([V; D], Mask) {
+) -> (Local<V, D>, Mask) {
     let zero = V::splat(0.0);
     let (mut cells, mut xi, mut outside) = ([zero; D], [zero; D], 0);
     for a in 0..D {
@@ -320,14 +344,20 @@ pub(super) fn locate<const D: usize, const W: usize, V: Wide>(
             (cells[a], xi[a]) = tables[a].cell_of(x[a]);
         }
     }
-    let mut index = zero;
+    write_first(&cells, frame, nodes);
+    (Local { xi, length: [zero; D] }, outside)
+}
+
+/// The places in a tile of the nodes with these numbers.
+#[inline(always)]
+pub(super) fn write_first<const D: usize, V: Wide>(numbers: &[V; D], frame: &Frame, nodes: &mut [u32; LANES]) {
+    let mut index = V::splat(0.0);
     for a in 0..D {
         // whole numbers far below 2^53
-        index = (cells[a] - V::splat(f64::from(frame.low[3 - D + a]))).fma(V::splat(frame.step(3 - D + a) as f64), index);
+        index = (numbers[a] - V::splat(f64::from(frame.low[3 - D + a]))).fma(V::splat(frame.step(3 - D + a) as f64), index);
     }
     // negative where a particle is not in the tile, which never is: then far beyond it
     index.store_indices(nodes);
-    (xi, outside)
 }
 
 #[cfg(test)]

@@ -1,9 +1,10 @@
 //! Grid to particles.
 
 use super::chunk::{CELLS, CHUNK, Cell, Chunk, Fields, load, store};
-use super::functions::{self, AxisTable, Line, functions, inner_functions};
+use super::domains;
+use super::functions::{self, Line, Local, functions, inner_functions};
 use super::task::{GatherTask, Plan, Sweep};
-use super::{Rows, nodes, stencil};
+use super::{middle, nodes, stencil};
 use crate::basis::Third;
 use crate::grid::{Frame, Lanes, Tile};
 use crate::lanes::{LANES, Mask, Number, Real, Wide};
@@ -39,18 +40,31 @@ pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADI
     let Chunk { fields, cells, .. } = chunk;
     let at = group.at;
     let inner = TWO || fields.is_inner(at);
-    let mut xi = [V::splat(0.0); D];
+    let mut local = Local { xi: [V::splat(0.0); D], length: [V::splat(0.0); D] };
     for a in 0..D {
-        xi[a] = load(&fields.xi[a], at);
+        local.xi[a] = load(&fields.xi[a], at);
+        if plan.domains {
+            local.length[a] = load(&fields.length[a], at);
+        }
     }
     let [f0, f1, f2] = if inner {
-        // the affine sum of quadratic ones comes from the others
+        // the affine sum over three nodes comes from the others
         let third = if W == 3 { Third::Nothing } else { third };
-        inner_functions::<D, W, V>(&plan.tables, &xi, third)
+        inner_functions::<D, W, V>(plan, &local, third)
     } else {
         // SAFETY: the rows are ours.
         unsafe { functions::<D, W, V>(sweep, plan, row, group.count, third) }
     };
+    let mut of_three = [(V::splat(0.0), V::splat(0.0)); D];
+    if AFFINE && W == 3 {
+        if plan.domains {
+            of_three = domains::affine_of_three(&plan.tables, &local, [&f0, &f1, &f2]);
+        } else {
+            for a in 0..D {
+                of_three[a] = plan.tables[a].affine_of_three(local.xi[a]);
+            }
+        }
+    }
     let node = fields.node[at % CHUNK] as usize;
     let nodes = Differences {
         cells: [&cells[group.cell % CELLS], &cells[(group.cell + 1) % CELLS]],
@@ -60,7 +74,10 @@ pub(super) unsafe fn gather<const D: usize, const W: usize, V: Real, const GRADI
         let taken = if inner && W > 2 {
             let mut taken = interpolate_differences::<D, W, V, GRADIENT, AFFINE, TWO>(&f0, &f1, &f2, &nodes, 1 + component);
             if AFFINE && W == 3 {
-                affine_of_quadratic(&mut taken, &xi, &plan.tables);
+                for a in 0..D {
+                    let slot = 3 - D + a;
+                    taken.third[slot] = of_three[a].1.fma(taken.slope[slot], of_three[a].0 * (taken.value - taken.third[slot]));
+                }
             }
             taken
         } else {
@@ -122,7 +139,7 @@ fn subtract<const D: usize, const W: usize, V: Real<Wide = E>, E: Wide>(
     let stride = tile.frame.stride;
     let last = node + (nodes::<D, W>(0) - 1) * stride[0] + (nodes::<D, W>(1) - 1) * stride[1] + W;
     assert!(last <= field.len(), "a tile covers the stencils of its particles");
-    let (middle, pairs) = (W / 2, W / 2);
+    let (middle, pairs) = (middle(W), W / 2);
     let mut rows = [[[E::splat(0.0); 4]; W]; W];
     for i in 0..nodes::<D, W>(0) {
         for j in 0..nodes::<D, W>(1) {
@@ -167,7 +184,7 @@ fn subtract<const D: usize, const W: usize, V: Real<Wide = E>, E: Wide>(
     }
 }
 
-/// As [`interpolate`], from differences. For the third of quadratic functions see [`affine_of_quadratic`].
+/// As [`interpolate`], from differences. Of three nodes the third is that with the middle one alone, see [`functions::AxisTable::affine_of_three`].
 #[inline(always)]
 fn interpolate_differences<const D: usize, const W: usize, V: Real, const GRADIENT: bool, const AFFINE: bool, const TWO: bool>(
     f0: &Line<V, W>,
@@ -176,7 +193,7 @@ fn interpolate_differences<const D: usize, const W: usize, V: Real, const GRADIE
     nodes_of: &Differences<W, V>,
     lane: usize,
 ) -> Taken<V> {
-    let (zero, middle) = (V::splat(0.0), W / 2);
+    let (zero, middle) = (V::splat(0.0), middle(W));
     let by_slope = AFFINE && W == 3;
     // sums so far: value; slope along each slot; third along each slot, or the value with the middle node alone along it
     let (mut value, mut slope, mut third) = (zero, [zero; 3], [zero; 3]);
@@ -234,21 +251,6 @@ fn interpolate_differences<const D: usize, const W: usize, V: Real, const GRADIE
     Taken { value, slope, third }
 }
 
-/// The sum with the affine weights of quadratic functions along a slot, from those with the values and with the slopes.
-///
-/// Along it a field is a parabola through three nodes, v = v_1 + N_0 (v_0 - v_1) + N_2 (v_2 - v_1): its value, its slope and
-/// v_1 say all. With the weights N_a (x_a - x_p) 4 / h^2 that is sum = (4 xi - 2) / h (v - v_1) + 4 xi (1 - xi) dv/dx, xi the local coordinate.
-#[inline(always)]
-fn affine_of_quadratic<const D: usize, const W: usize, V: Real>(taken: &mut Taken<V>, xi: &[V; D], tables: &[AxisTable<W>; 3]) {
-    let (two, four) = (V::splat(2.0), V::splat(4.0));
-    for a in 0..D {
-        let (slot, four_xi) = (3 - D + a, four * xi[a]);
-        let of_value = (four_xi - two) * V::splat(tables[a].inverse);
-        let of_slope = xi[a].fnma(four_xi, four_xi);
-        taken.third[slot] = of_slope.fma(taken.slope[slot], of_value * (taken.value - taken.third[slot]));
-    }
-}
-
 /// Counts the nodes of a slot, the middle one first.
 #[inline(always)]
 const fn middle_first(at: usize, middle: usize) -> usize {
@@ -262,7 +264,7 @@ const fn middle_first(at: usize, middle: usize) -> usize {
 }
 
 /// Finds the first nodes in a tile of `count` particles from `first` on at `x`, the first of which is number `at` of the chunk. Returns
-/// their local coordinates, of use only where the functions are those of inner cells.
+/// where in their cells they are.
 ///
 /// # Safety
 /// The rows are the caller's, with these positions; there are at most [`LANES`].
@@ -276,44 +278,40 @@ pub(super) unsafe fn locate<const D: usize, const W: usize, V: Wide, N: Number>(
     count: usize,
     frame: &Frame,
     fields: &mut Fields<N>,
-) -> [V; D] {
+) -> Local<V, D> {
     let to = fields.node[at % CHUNK..].first_chunk_mut().expect("there is room for eight from any particle on");
-    let (xi, outside) = if plan.splines {
+    let (local, outside) = if plan.splines {
         functions::locate(&plan.tables, x, frame, to)
-    } else {
+    } else if const { W == 3 || W == 4 } && plan.domains {
         // SAFETY: the rows are ours.
-        let (x, half) = unsafe { places::<D, V>(sweep, first, count) };
-        stencil::first_nodes::<D, W, V>(&sweep.model.axes, &x, &half, frame, to);
-        (x, Mask::MAX)
+        let half = unsafe { domains::halves::<D, V>(sweep, first, count) };
+        domains::locate(&plan.tables, x, &half, frame, to)
+    } else {
+        stencil::first_nodes::<D, W, V>(&sweep.model.axes, x, frame, to);
+        (Local { xi: *x, length: *x }, Mask::MAX)
     };
     fields.set_outside(at, outside);
-    xi
+    local
 }
 
-/// Position and half-length of the domain of up to eight particles by axis; lanes beyond `count` are like the first.
+/// Positions of up to eight particles by axis; lanes beyond `count` are like the first.
 ///
 /// # Safety
 /// The rows are the caller's; `count` is at least 1 and at most [`LANES`].
 #[inline(always)]
-pub(super) unsafe fn places<const D: usize, V: Wide>(sweep: &Sweep, first: usize, count: usize) -> ([V; D], [V; D]) {
-    let rows: &Rows = &sweep.rows;
-    let zero = V::splat(0.0);
-    let (mut x, mut half) = ([zero; D], [zero; D]);
+pub(super) unsafe fn positions<const D: usize, V: Wide>(sweep: &Sweep, first: usize, count: usize) -> [V; D] {
+    let mut x = [V::splat(0.0); D];
     for a in 0..D {
         // SAFETY: the rows are ours.
-        x[a] = unsafe { V::load_some(rows.position.at(a, first), count) };
-        if count < LANES {
-            x[a] = x[a].select(((1u32 << count) - 1) as u8, V::splat(x[a].first()));
-        }
+        x[a] = like_first(unsafe { V::load_some(sweep.rows.position.at(a, first), count) }, count);
     }
-    if sweep.model.domains.is_some() {
-        // SAFETY: the rows are ours.
-        let places = unsafe { rows.places::<D>(sweep.model, first, first + count) };
-        for a in 0..D {
-            half[a] = V::load_eight(&places.half[a]);
-        }
-    }
-    (x, half)
+    x
+}
+
+/// The first `count` lanes; the others are like the first.
+#[inline(always)]
+pub(super) fn like_first<V: Wide>(v: V, count: usize) -> V {
+    if count < LANES { v.select(((1u32 << count) - 1) as u8, V::splat(v.first())) } else { v }
 }
 
 /// A component of a field at eight particles.

@@ -12,6 +12,7 @@
 //! Sums over the stencil are carried out axis by axis: what is common to a row of nodes is computed once a row.
 
 mod chunk;
+mod domains;
 mod functions;
 mod gather;
 mod particle;
@@ -163,6 +164,12 @@ mod x86 {
         // SAFETY: the caller's promise.
         unsafe { sweep::sweep::<D, W, V>(task, site, scratch) }
     }
+}
+
+/// Of the nodes of a slot the one from which the others are taken as differences, and which gets what they leave of a sum: nowhere in inner
+/// cells is its function small.
+const fn middle(width: usize) -> usize {
+    (width - 1) / 2
 }
 
 /// Nodes along a slot: `W`, or one in a slot that is not used.

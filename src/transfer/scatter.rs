@@ -1,10 +1,10 @@
 //! Particles to grid.
 
 use super::chunk::{CHUNK, Chunk, Packets, load};
-use super::functions::{functions, inner_functions};
-use super::gather::{locate, places};
-use super::nodes;
+use super::functions::{Local, functions, inner_functions};
+use super::gather::{locate, positions};
 use super::task::{Plan, ScatterTask, Sweep};
+use super::{middle, nodes};
 use crate::basis::Third;
 use crate::grid::{Frame, Lanes, Tile};
 use crate::lanes::{LANES, Real, Wide};
@@ -39,11 +39,6 @@ macro_rules! each {
     };
 }
 
-/// The middle node of a slot, whose e is minus the sum of the others.
-const fn middle(width: usize) -> usize {
-    width / 2
-}
-
 /// Makes the packets of `count` particles from `first` on, the first of which is number `at` of the chunk.
 ///
 /// # Safety
@@ -68,8 +63,8 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real>(
     };
     let Chunk { fields, packets, .. } = chunk;
     let packets = &mut packets[at % CHUNK / V::LANES];
-    let mut xi = [zero; D];
-    let (mut eights, mut mass) = ([[V::Wide::splat(0.0); 2]; D], [V::Wide::splat(0.0); 2]);
+    let wide = V::Wide::splat(0.0);
+    let (mut xi, mut length, mut mass) = ([[wide; 2]; D], [[wide; 2]; D], [wide; 2]);
     for eight in 0..V::EIGHTS {
         let start = eight * LANES;
         if start >= count {
@@ -80,20 +75,21 @@ pub(super) unsafe fn pack<const D: usize, const W: usize, V: Real>(
         let (row, some) = (first + start, LANES.min(count - start));
         // SAFETY: the rows are ours.
         unsafe {
-            let (x, _) = places::<D, V::Wide>(sweep, row, some);
+            let x = positions::<D, V::Wide>(sweep, row, some);
             let of = locate::<D, W, V::Wide, V::Number>(sweep, plan, &x, row, at + start, some, frame, fields);
             for a in 0..D {
-                eights[a][eight] = of[a];
+                (xi[a][eight], length[a][eight]) = (of.xi[a], of.length[a]);
             }
             mass[eight] = V::Wide::load_some(rows.mass(row), some);
         }
     }
+    let mut local = Local { xi: [zero; D], length: [zero; D] };
     for a in 0..D {
-        xi[a] = V::join(eights[a]);
+        (local.xi[a], local.length[a]) = (V::join(xi[a]), V::join(length[a]));
     }
     let third = if affine { Third::Arm } else { Third::Nothing };
     let lines = if fields.are_inner(at, count) {
-        inner_functions::<D, W, V>(&plan.tables, &xi, third)
+        inner_functions::<D, W, V>(plan, &local, third)
     } else {
         // SAFETY: the rows are ours.
         unsafe { functions::<D, W, V>(sweep, plan, first, count, third) }

@@ -17,19 +17,12 @@ pub(crate) struct StencilRows {
     pub(crate) slopes: Vec<[f64; 3]>,
 }
 
-/// Place in a tile of the first node of eight particles.
+/// Place in a tile of the first node of eight particles; the functions of the grid are elements.
 #[inline(always)]
-pub(super) fn first_nodes<const D: usize, const W: usize, V: Wide>(
-    axes: &[Axis],
-    x: &[V; D],
-    half: &[V; D],
-    frame: &Frame,
-    to: &mut [u32],
-) {
+pub(super) fn first_nodes<const D: usize, const W: usize, V: Wide>(axes: &[Axis], x: &[V; D], frame: &Frame, to: &mut [u32]) {
     let mut places = Places { position: [[0.0; 8]; D], half: [[0.0; 8]; D] };
     for a in 0..D {
         x[a].store_lanes(&mut places.position[a]);
-        half[a].store_lanes(&mut places.half[a]);
     }
     let stencils = Stencils::<W>::at::<D>(axes, &places, Third::Nothing);
     for (lane, to) in to.iter_mut().enumerate() {

@@ -2,7 +2,7 @@
 //! for the one before.
 
 use super::chunk::{CHUNK, Chunk, ChunkMemory, store_eight};
-use super::gather::{Group, gather, locate, places, share};
+use super::gather::{Group, gather, locate, positions, share};
 use super::scatter::{Field, Source, add, pack, repack};
 use super::task::{GatherTask, Plan, Sweep, SweepReport, What};
 use super::tidy::{Sorting, tidy};
@@ -78,10 +78,13 @@ unsafe fn take<const D: usize, const W: usize, V: Real>(
         // SAFETY: the caller's promise.
         unsafe {
             let eight = LANES.min(count - at);
-            let (x, _) = places::<D, V::Wide>(sweep, first + at, eight);
-            let xi = locate::<D, W, V::Wide, V::Number>(sweep, plan, &x, first + at, at, eight, &from.frame, &mut chunk.fields);
+            let x = positions::<D, V::Wide>(sweep, first + at, eight);
+            let local = locate::<D, W, V::Wide, V::Number>(sweep, plan, &x, first + at, at, eight, &from.frame, &mut chunk.fields);
             for a in 0..D {
-                store_eight::<V>(&mut chunk.fields.xi[a], at, xi[a]);
+                store_eight::<V>(&mut chunk.fields.xi[a], at, local.xi[a]);
+                if plan.domains {
+                    store_eight::<V>(&mut chunk.fields.length[a], at, local.length[a]);
+                }
             }
         }
         at += LANES;

@@ -182,6 +182,8 @@ pub(super) struct Plan<const W: usize> {
     pub(super) tables: [AxisTable<W>; 3],
     /// Whether the functions of the grid are B-splines.
     pub(super) splines: bool,
+    /// Whether particles have domains.
+    pub(super) domains: bool,
     /// Whether the particles are updated eight at a time: all of one of the two laws that are written for it, and
     /// nothing that is worked out for one at a time.
     pub(super) update_in_lanes: bool,
@@ -200,8 +202,9 @@ impl<const W: usize> Plan<W> {
         let by_potential = model.bodies.iter().all(|body| matches!(body.material, Material::NeoHookean(_)));
         let plain = (by_rate || by_potential) && !model.embedding.stress_free;
         let one_by_one = |task: &GatherTask| task.separation > 0.0 || by_rate && task.pace && task.strain.is_some();
-        let update_in_lanes = plain && model.domains != Some(true) && !sweep.gather.as_ref().is_some_and(one_by_one);
+        let update_in_lanes = plain && !sweep.gather.as_ref().is_some_and(one_by_one);
         let splines = matches!(model.axes[0].family(), Family::OpenSpline(_) | Family::UniformCubic);
-        Self { tables: [of(0), of(1), of(2)], splines, update_in_lanes, stress_in_lanes: plain, by_rate }
+        let domains = model.domains.is_some();
+        Self { tables: [of(0), of(1), of(2)], splines, domains, update_in_lanes, stress_in_lanes: plain, by_rate }
     }
 }

@@ -1,7 +1,7 @@
 //! Sorts the particles of a bin by cell, while they are at hand: most of those that change their cell stay in their bin.
 
 use super::chunk::Fields;
-use super::gather::{locate, places};
+use super::gather::{locate, positions};
 use super::rows::Spare;
 use super::task::{Plan, Sweep};
 use crate::grid::{Frame, Site};
@@ -39,7 +39,7 @@ pub(super) unsafe fn tidy<const D: usize, const W: usize, V: Wide, N: Number>(
         let count = LANES.min(end - row);
         // SAFETY: the caller's promise.
         unsafe {
-            let (x, _) = places::<D, V>(sweep, row, count);
+            let x = positions::<D, V>(sweep, row, count);
             locate::<D, W, V, N>(sweep, plan, &x, row, 0, count, frame, fields);
         }
         nodes.extend_from_slice(&fields.node[..count]);

@@ -4,7 +4,7 @@ use super::chunk::{Fields, load_eight, store_eight};
 use super::task::{Fault, FaultKind, GatherTask, Plan, Sweep, SweepReport, What};
 use super::{particle, rate};
 use crate::lanes::{Batch, LANES, Mask, Real, Wide};
-use crate::material::Material;
+use crate::model::Body;
 
 /// Largest of some numbers, lane by lane (see [`SweepReport`]).
 pub(super) struct Extremes<E> {
@@ -196,6 +196,10 @@ pub(super) unsafe fn update<const D: usize, const W: usize, V: Real<Wide = E>, E
         }
         f = solved(&back, &old);
     }
+    if sweep.model.domains == Some(true) {
+        // SAFETY: the rows are ours.
+        unsafe { keep_narrow::<D, W, E>(sweep, plan, first, count, &old, &mut f, report) };
+    }
     eight.deformation = f;
     let jacobian = determinant(&f);
     // also not sound where it is no number
@@ -225,6 +229,40 @@ pub(super) unsafe fn update<const D: usize, const W: usize, V: Real<Wide = E>, E
         pace::<D, E>(sweep, first, count, &f, jacobian, &velocity, extremes);
     }
     eight
+}
+
+/// Notes a particle whose domain does not fit the stencil after the deformation `f`, and gives it its old one, so that the sweep may end.
+///
+/// # Safety
+/// The rows are the caller's.
+#[inline(always)]
+unsafe fn keep_narrow<const D: usize, const W: usize, E: Wide>(
+    sweep: &Sweep,
+    plan: &Plan<W>,
+    first: usize,
+    count: usize,
+    old: &[[E; D]; D],
+    f: &mut [[E; D]; D],
+    report: &mut SweepReport,
+) {
+    for a in 0..D {
+        // SAFETY: the rows are ours.
+        let half = unsafe { by_body::<E>(sweep, first, count, |body| body.half[a]) } * f[a][a];
+        let (low, high) = (E::splat(0.0), E::splat(plan.tables[a].widest));
+        // also too wide where it is no number
+        let wide = ((1u32 << count) - 1) as Mask & !(low.below(half) & half.at_most(high));
+        if wide != 0 {
+            let mut halves = Batch::default();
+            half.store_lanes(&mut halves);
+            let lane = wide.trailing_zeros() as usize;
+            note(report, Fault { row: first + lane, kind: FaultKind::WideDomain(2.0 * halves[lane]) });
+            for r in 0..D {
+                for c in 0..D {
+                    f[r][c] = old[r][c].select(wide, f[r][c]);
+                }
+            }
+        }
+    }
 }
 
 /// A^-1 B.
@@ -301,15 +339,9 @@ fn pace<const D: usize, E: Wide>(
     let (lambda, mu) = lame::<E>(sweep, first, count);
     let at_rest = two.fma(mu, lambda);
     let stiffening = (two * mu).fma(stretch, lambda.fma(compression, lambda)) / at_rest;
-    let mut density = [sweep.model.bodies[0].density; LANES];
-    if sweep.model.bodies.len() > 1 {
-        for lane in 0..count {
-            // SAFETY: the rows are ours.
-            let body = unsafe { sweep.rows.body(first + lane) };
-            density[lane] = sweep.model.bodies[body].density;
-        }
-    }
-    let speed = dot(velocity, velocity) * E::load_eight(&density) / at_rest;
+    // SAFETY: the rows are ours.
+    let density = unsafe { by_body::<E>(sweep, first, count, |body| body.density) };
+    let speed = dot(velocity, velocity) * density / at_rest;
     // lanes without a particle say nothing
     let all = ((1u32 << count) - 1) as Mask;
     extremes.stiffening = extremes.stiffening.max(stiffening.select(all, one));
@@ -389,17 +421,25 @@ pub(super) unsafe fn stress<const D: usize, const W: usize, V: Real<Wide = E>, E
 /// Lamé constants of the particles from `first` on.
 #[inline(always)]
 pub(super) fn lame<E: Wide>(sweep: &Sweep, first: usize, count: usize) -> (E, E) {
-    let of = |material: &Material| (material.lame().lambda, material.lame().mu);
-    if sweep.model.bodies.len() == 1 {
-        let (lambda, mu) = of(&sweep.model.bodies[0].material);
-        return (E::splat(lambda), E::splat(mu));
+    let (lambda, mu) = (|body: &Body| body.material.lame().lambda, |body: &Body| body.material.lame().mu);
+    // SAFETY: the rows are ours.
+    unsafe { (by_body(sweep, first, count, lambda), by_body(sweep, first, count, mu)) }
+}
+
+/// A number that is known of bodies, for the particles from `first` on; lanes beyond `count` are those of the first body.
+///
+/// # Safety
+/// The rows are the caller's.
+#[inline(always)]
+pub(super) unsafe fn by_body<E: Wide>(sweep: &Sweep, first: usize, count: usize, of: impl Fn(&Body) -> f64) -> E {
+    let bodies = &sweep.model.bodies;
+    let mut numbers = [of(&bodies[0]); LANES];
+    if bodies.len() == 1 {
+        return E::splat(numbers[0]);
     }
-    // lanes without a particle get what can be divided by
-    let (mut lambda, mut mu) = ([1.0; LANES], [1.0; LANES]);
     for lane in 0..count {
-        // SAFETY: the rows are ours.
-        let body = unsafe { sweep.rows.body(first + lane) };
-        (lambda[lane], mu[lane]) = of(&sweep.model.bodies[body].material);
+        // SAFETY: the caller's promise.
+        numbers[lane] = of(&bodies[unsafe { sweep.rows.body(first + lane) }]);
     }
-    (E::load_eight(&lambda), E::load_eight(&mu))
+    E::load_eight(&numbers)
 }
