@@ -48,7 +48,7 @@ impl Stepper {
             keep: model.needs.increment || update.strain.is_none() || update.kick.is_none() || coming.is_none(),
         };
         // what is known of particles by their places in memory is known anew after the pass; body forces are not
-        let tidy = coming.is_some() && self.body_force.is_empty() && update.drift.is_some() && self.is_untidy(state);
+        let tidy = coming.is_some() && self.body_force.is_empty() && update.drift.is_some() && self.is_untidy(model, state);
         let scatter = coming.map(|what| ScatterTask { what, body_force: &[], relieved: &[] });
         let shared = super::worth_sharing(state);
         let sweep = Sweep { model, rows: Rows::new(&mut state.particles), gather: Some(gather), scatter, tidy };

@@ -89,9 +89,11 @@ impl Stepper {
         order.is_stale = is_ragged || !reach.all(|reach| order.drift + reach <= LARGEST_DRIFT);
     }
 
-    /// Whether sorting each bin for itself is worth its time.
-    pub(super) fn is_untidy(&self, state: &State) -> bool {
-        state.order.excess as f64 > RUNS_A_TIDY * state.particles.len() as f64
+    /// Whether sorting each bin for itself is worth its time. Particles with domains, sorted by cell, are in no order yet: those of one cell
+    /// begin at either of two nodes along an axis.
+    pub(super) fn is_untidy(&self, model: &Model, state: &State) -> bool {
+        let order = &state.order;
+        model.domains.is_some() && order.sorted_runs == 0 || order.excess as f64 > RUNS_A_TIDY * state.particles.len() as f64
     }
 
     /// Notes how well the particles are in order after a pass in which they moved, before which each bin was sorted where it is `tidied`.

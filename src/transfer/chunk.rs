@@ -49,6 +49,8 @@ pub(super) struct Fields<N> {
     pub(super) force: [[Column<N>; 3]; 3],
     /// Index of the first node of each particle in the tile of its bin.
     pub(super) node: [u32; CHUNK + LANES],
+    /// Particles that are not in the cell of the one before, a bit each.
+    begins: u64,
     /// Particles of each eight whose functions are not those of inner cells.
     outside: [Mask; CHUNK / LANES + 1],
 }
@@ -74,14 +76,22 @@ impl<N: Number> Fields<N> {
         self.outside[at % CHUNK / LANES] = outside;
     }
 
-    /// The end of the run of particles from `start` on, below `end`, that are in one cell.
+    /// Notes where runs of particles in one cell begin.
+    #[inline(always)]
+    pub(super) fn mark_runs(&mut self) {
+        let mut begins = 0;
+        for l in 1..CHUNK {
+            begins |= u64::from(self.node[l] != self.node[l - 1]) << l;
+        }
+        self.begins = begins;
+    }
+
+    /// The end of the run of particles from `start` on, below `end`, that are in one cell. Runs must have been marked. No loop: the processor
+    /// would have to guess how long each is.
     #[inline(always)]
     pub(super) fn end_of_run(&self, start: usize, end: usize) -> usize {
-        let (node, mut next) = (self.node[start % CHUNK], start + 1);
-        while next < end.min(CHUNK) && self.node[next] == node {
-            next += 1;
-        }
-        next
+        let later = self.begins >> (start % CHUNK) >> 1;
+        end.min(start + 1 + later.trailing_zeros() as usize)
     }
 }
 

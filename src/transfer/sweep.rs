@@ -89,6 +89,7 @@ unsafe fn take<const D: usize, const W: usize, V: Real>(
         }
         at += LANES;
     }
+    chunk.fields.mark_runs();
     let (strain, affine) = (task.strain.is_some(), task.kick.is_some() && task.affine);
     // SAFETY: the caller's promise.
     unsafe {
@@ -214,6 +215,9 @@ unsafe fn give<const D: usize, const W: usize, V: Real>(
                 }
             }
             at += V::LANES;
+        }
+        if momentum {
+            chunk.fields.mark_runs();
         }
         if !momentum || affine || matches!(task.what, What::Kicked(_)) {
             add::<D, W, V, true>(chunk, count, to, field);
