@@ -3,7 +3,7 @@
 //! Cells are grouped into blocks. The particles of a block of cells are neighbours in memory (a [`Bin`]). Nodes are stored block by block too,
 //! so shifted that the particles of a bin touch two blocks of nodes an axis until they are sorted again: a kernel works on one bin at a time
 //! in a [`Tile`], a dense copy of the nodes that it touches. Bins of one colour touch no common node, so they are added to the grid side by
-//! side, and colour after colour: the sums are the same, bit for bit, for any number of threads.
+//! side; a bin waits only for its neighbours of earlier colours (see [`Turns`]): the sums are the same, bit for bit, for any number of threads.
 //!
 //! With contact each body has blocks, and so nodes, of its own: a field. Where two fields have the same block, bodies may touch.
 
@@ -11,12 +11,13 @@ mod nodes;
 mod order;
 mod tied;
 mod tile;
+mod turns;
 
 pub(crate) use nodes::Nodes;
-use order::COLOURS;
 pub(crate) use order::{colour, sort};
 pub(crate) use tied::Tied;
 pub(crate) use tile::{Frame, Site, Sums, Tile};
+pub(crate) use turns::Turns;
 
 use crate::basis::{Axis, Family};
 use crate::model::Model;
@@ -56,8 +57,8 @@ pub(crate) struct Grid {
     pub(crate) tied: Tied,
     /// What each bin touches, in the order of the bins.
     pub(crate) homes: Vec<Home>,
-    /// Bins by colour.
-    pub(crate) colours: Vec<Vec<u32>>,
+    /// In which order bins are added.
+    pub(crate) turns: Turns,
 }
 
 /// A node whose velocity along an axis is held.
@@ -181,14 +182,7 @@ impl Grid {
             let (origin, (low, high)) = (self.shape.first(bin.block), reach(model, bin));
             Home { frame: Frame::new(origin[2], low, high), origin, blocks }
         }));
-        self.colours.resize(COLOURS, Vec::new());
-        self.colours.iter_mut().for_each(Vec::clear);
-        for (i, bin) in bins.iter().enumerate() {
-            self.colours[colour(bin.block)].push(i as u32);
-        }
-        self.colours.retain(|c| !c.is_empty());
-        let particles = |bin: &u32| bins[*bin as usize].end - bins[*bin as usize].start;
-        self.colours.iter_mut().for_each(|c| c.sort_by_key(|bin| std::cmp::Reverse(particles(bin))));
+        self.turns = Turns::new(bins);
         if !known {
             self.meet();
             self.tie(model);

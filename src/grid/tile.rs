@@ -66,7 +66,7 @@ pub(crate) struct Site<'a> {
     pub(crate) sums: Option<Sums>,
 }
 
-/// Fields that threads share; bins of one colour write to different nodes.
+/// Fields that threads share; bins that are worked on at the same time write to different nodes.
 #[derive(Clone, Copy)]
 pub(crate) struct Sums {
     pub(crate) momentum: *mut Lanes,
@@ -115,8 +115,8 @@ impl Site<'_> {
     /// Adds `tile` to the nodes that the bin touches, and makes it zero while it is at hand.
     ///
     /// # Safety
-    /// The sums are arrays of as many nodes as the grid has, and no other bin that is added at the same time touches a common node: true
-    /// for bins of one colour.
+    /// The sums are arrays of as many nodes as the grid has, and no other bin that is added at the same time touches a common node
+    /// (see [`super::Turns`]).
     #[inline(always)]
     pub(crate) unsafe fn add<V: Wide>(&self, tile: &mut Tile) {
         let Some(sums) = self.sums else { return };

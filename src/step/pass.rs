@@ -7,7 +7,6 @@ use crate::state::{Bin, State};
 use crate::transfer::{Fault, FaultKind, Kernels, Scratch, Sweep, SweepReport, What};
 use rayon::prelude::*;
 use std::cell::{Cell, RefCell};
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Carries out a sweep on the particles of all bins. What they give is summed in the fields of the grid, or, where they take in the same
 /// sweep, in those of the coming step. The report is that of all bins, in their order, so that it does not depend on the threads.
@@ -39,33 +38,25 @@ pub(super) fn pass(grid: &mut Grid, kernels: &Kernels, bins: &[Bin], shared: boo
     let of = |grid: &Grid, b: usize| {
         let site = Site { grid, index: b, bin: &bins[b], sums };
         // SAFETY: bins own their rows; tiles cover the cells that the particles of the bin are in until they are sorted again; the sums are
-        // fields of this grid, and bins of one colour touch no common node.
+        // fields of this grid, and bins that touch common nodes are not worked on at the same time.
         with_scratch(|scratch| unsafe { kernels.sweep(sweep, &site, scratch) })
     };
     // taken, not lent: while this thread waits for others it may begin another pass
     let mut reports = REPORTS.take();
     reports.clear();
     reports.resize(bins.len(), SweepReport::NOTHING);
-    let mut carry_out = |grid: &Grid, some: &[u32]| {
-        if shared {
-            // whoever is free takes the next, the largest first
-            let next = AtomicUsize::new(0);
-            let take = |_| {
-                let mut found = Vec::new();
-                while let Some(&b) = some.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    found.push((b, of(grid, b as usize)));
-                }
-                found
-            };
-            let threads = rayon::current_num_threads().min(some.len());
-            let found: Vec<_> = (0..threads).into_par_iter().with_max_len(1).map(take).collect();
-            found.iter().flatten().for_each(|(b, report)| reports[*b as usize] = *report);
-        } else {
-            some.iter().for_each(|&b| reports[b as usize] = of(grid, b as usize));
-        }
-    };
-    for colour in &grid.colours {
-        carry_out(grid, colour);
+    if shared {
+        let turns = grid.turns.share();
+        let work = |_| {
+            let mut found = Vec::new();
+            turns.work(|b| found.push((b, of(grid, b as usize))));
+            found
+        };
+        let threads = rayon::current_num_threads().min(bins.len());
+        let found: Vec<_> = (0..threads).into_par_iter().with_max_len(1).map(work).collect();
+        found.iter().flatten().for_each(|(b, report)| reports[*b as usize] = *report);
+    } else {
+        grid.turns.order().iter().for_each(|&b| reports[b as usize] = of(grid, b as usize));
     }
     let mut all = SweepReport::NOTHING;
     reports.iter().for_each(|report| all.join(report));

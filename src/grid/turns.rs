@@ -1,0 +1,146 @@
+//! Which bins may be worked on side by side.
+
+use super::{Block, colour};
+use crate::state::Bin;
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+/// Looks at another bin before the thread lets others run.
+const LOOKS: usize = 64;
+
+/// The bins in the order in which they are added to the grid: colour after colour, so that neighbours always are in the same order, and of a
+/// colour the largest first.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Turns {
+    /// Numbers of the bins.
+    order: Vec<u32>,
+    /// For each bin those before it in the order that touch common nodes.
+    before: Vec<Vec<u32>>,
+}
+
+impl Turns {
+    /// Of bins in this order in memory.
+    pub(super) fn new(bins: &[Bin]) -> Self {
+        let particles = |bin: u32| bins[bin as usize].end - bins[bin as usize].start;
+        let mut order: Vec<u32> = (0..bins.len() as u32).collect();
+        order.sort_by_key(|&bin| (colour(bins[bin as usize].block), std::cmp::Reverse(particles(bin))));
+        let table: HashMap<Block, u32> = (0..).zip(bins).map(|(i, bin)| ((bin.field, bin.block), i)).collect();
+        let before = bins.iter().map(|bin| {
+            // bins touch the nodes of their own block and of the next an axis
+            let near = (0..27).map(|k| [k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1]).map(|way| [0, 1, 2].map(|s| bin.block[s] + way[s]));
+            let earlier = near.filter(|&block| colour(block) < colour(bin.block));
+            earlier.filter_map(|block| table.get(&(bin.field, block)).copied()).collect()
+        });
+        Self { before: before.collect(), order }
+    }
+
+    /// Numbers of the bins, in their order.
+    pub(crate) fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// Starts to share the bins between threads.
+    pub(crate) fn share(&self) -> Shared<'_> {
+        let done = std::iter::repeat_with(AtomicBool::default).take(self.order.len()).collect();
+        Shared { turns: self, next: AtomicUsize::new(0), done }
+    }
+}
+
+/// Bins of which each thread takes the next.
+pub(crate) struct Shared<'a> {
+    turns: &'a Turns,
+    next: AtomicUsize,
+    done: Vec<AtomicBool>,
+}
+
+impl Shared<'_> {
+    /// Works on bins, one after the other, for as long as there are some: each once all are done that come before it and touch common nodes.
+    ///
+    /// Those were taken earlier, so that whoever has them does not wait for this thread.
+    pub(crate) fn work(&self, mut on: impl FnMut(u32)) {
+        while let Some(&bin) = self.turns.order.get(self.next.fetch_add(1, Ordering::Relaxed)) {
+            for &other in &self.turns.before[bin as usize] {
+                let mut looks = 0;
+                while !self.done[other as usize].load(Ordering::Acquire) {
+                    looks += 1;
+                    if looks % LOOKS == 0 { std::thread::yield_now() } else { std::hint::spin_loop() }
+                }
+            }
+            let _done = Done(&self.done[bin as usize]);
+            on(bin);
+        }
+    }
+}
+
+/// Says that a bin is done, also where work on it ends in a panic: the others would wait for ever.
+struct Done<'a>(&'a AtomicBool);
+
+impl Drop for Done<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Release);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Mutex;
+
+    /// A bin of so many particles.
+    fn bin(block: [i32; 3], particles: u32) -> Bin {
+        Bin { field: 0, block, low: block, high: block, start: 0, end: particles }
+    }
+
+    #[test]
+    fn neighbours_never_meet_and_keep_their_order() {
+        // 5 x 4 x 3 blocks of many sizes
+        let bins: Vec<Bin> = (0..60).map(|b| bin([b / 12, b / 3 % 4, b % 3], 1 + (37 * b as u32) % 23)).collect();
+        let turns = Turns::new(&bins);
+        let near = |a: u32, b: u32| {
+            let [a, b] = [a, b].map(|bin| bins[bin as usize].block);
+            (0..3).all(|s| (a[s] - b[s]).abs() <= 1)
+        };
+        for _ in 0..50 {
+            let (shared, busy, ended) = (turns.share(), Mutex::new(Vec::<u32>::new()), Mutex::new(Vec::new()));
+            std::thread::scope(|scope| {
+                for _ in 0..4 {
+                    scope.spawn(|| {
+                        shared.work(|bin| {
+                            let mut all = busy.lock().expect("no panic");
+                            assert!(all.iter().all(|&other| !near(bin, other)));
+                            all.push(bin);
+                            drop(all);
+                            std::thread::yield_now();
+                            busy.lock().expect("no panic").retain(|&other| other != bin);
+                            ended.lock().expect("no panic").push(bin);
+                        });
+                    });
+                }
+            });
+            let ended = ended.into_inner().expect("no panic");
+            assert_eq!(ended.len(), bins.len());
+            let place = |list: &[u32], bin: u32| list.iter().position(|&b| b == bin).expect("all are there");
+            for a in 0..60 {
+                for b in (0..60).filter(|&b| near(a, b)) {
+                    let first = |list: &[u32]| place(list, a).cmp(&place(list, b));
+                    assert_eq!(first(&ended), first(turns.order()));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_panic_reaches_the_caller() {
+        let bins: Vec<Bin> = (0..9).map(|b| bin([0, b / 3, b % 3], 1)).collect();
+        let turns = Turns::new(&bins);
+        let shared = turns.share();
+        let caught = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+            std::thread::scope(|scope| {
+                for _ in 0..2 {
+                    scope.spawn(|| shared.work(|bin| assert_ne!(bin, turns.order()[2])));
+                }
+            });
+        }));
+        assert!(caught.is_err());
+    }
+}
