@@ -4,6 +4,7 @@ use super::{Block, BlockShape};
 use crate::lines::Lines;
 use crate::model::Model;
 use crate::state::{Bin, Particles};
+use rayon::prelude::*;
 
 /// Cells a particle up to which there is a counter for each cell of the box around all particles.
 const CELLS_TO_COUNT: usize = 4;
@@ -19,7 +20,7 @@ pub(crate) fn colour(block: [i32; 3]) -> usize {
 /// Sorts the particles by field (see [`super`]), colour and block and, within a block, by cell; particles of one cell keep their order.
 /// Returns the bins. A pass takes them colour by colour, so it walks through memory from one end to the other.
 pub(crate) fn sort(model: &Model, shape: BlockShape, particles: &mut Particles, shared: bool) -> Vec<Bin> {
-    let cells = cells(model, particles);
+    let cells = cells(model, particles, shared);
     let field = |p: usize| model.field(particles.body[p]);
     let order = order(shape, &cells, field);
     let mut bins: Vec<Bin> = Vec::new();
@@ -43,15 +44,16 @@ pub(crate) fn sort(model: &Model, shape: BlockShape, particles: &mut Particles, 
 }
 
 /// Cells of the particles, in slots.
-fn cells(model: &Model, particles: &Particles) -> Vec<[i32; 3]> {
-    let mut cells = vec![[0; 3]; particles.len()];
-    for (number, axis) in model.axes.iter().enumerate() {
-        let slot = 3 - model.dimension + number;
-        for (cell, &x) in cells.iter_mut().zip(particles.position.column(number)) {
-            cell[slot] = axis.cell(x).0;
+fn cells(model: &Model, particles: &Particles, shared: bool) -> Vec<[i32; 3]> {
+    let of = |p: usize| {
+        let mut cell = [0; 3];
+        for (number, axis) in model.axes.iter().enumerate() {
+            cell[3 - model.dimension + number] = axis.cell(particles.position.column(number)[p]).0;
         }
-    }
-    cells
+        cell
+    };
+    let all = 0..particles.len();
+    if shared { all.into_par_iter().map(of).collect() } else { all.map(of).collect() }
 }
 
 /// The particles by field, colour, block and cell: one after the other where the cells may be counted, else by comparison.
@@ -105,13 +107,14 @@ fn order(shape: BlockShape, cells: &[[i32; 3]], field: impl Fn(usize) -> u16) ->
 
 /// Puts particle `order[p]` at place p.
 fn permute(particles: &mut Particles, order: &[u32], shared: bool) {
-    fn gather<T: Copy>(column: &mut Vec<T>, order: &[u32]) {
-        *column = order.iter().map(|&p| column[p as usize]).collect();
+    fn gather<T: Copy + Send + Sync>(column: &mut Vec<T>, order: &[u32], shared: bool) {
+        let at = |&p: &u32| column[p as usize];
+        *column = if shared { order.par_iter().map(at).collect() } else { order.iter().map(at).collect() };
     }
-    gather(&mut particles.id, order);
-    gather(&mut particles.body, order);
-    gather(&mut particles.mass, order);
-    gather(&mut particles.volume, order);
+    gather(&mut particles.id, order, shared);
+    gather(&mut particles.body, order, shared);
+    gather(&mut particles.mass, order, shared);
+    gather(&mut particles.volume, order, shared);
     // one memory after the other takes the sorted columns: fresh memory would have to be cleared by the system first
     let mut spare = Lines::default();
     for table in particles.tables_mut() {

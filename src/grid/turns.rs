@@ -5,7 +5,7 @@ use crate::state::Bin;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// Looks at another bin before the thread lets others run.
+/// Looks for a bin before a thread lets others run.
 const LOOKS: usize = 64;
 
 /// The bins in the order in which they are added to the grid: colour after colour, so that neighbours always are in the same order, and of a
@@ -41,35 +41,67 @@ impl Turns {
 
     /// Starts to share the bins between threads.
     pub(crate) fn share(&self) -> Shared<'_> {
-        let done = std::iter::repeat_with(AtomicBool::default).take(self.order.len()).collect();
-        Shared { turns: self, next: AtomicUsize::new(0), done }
+        let flags = || std::iter::repeat_with(AtomicBool::default).take(self.order.len()).collect();
+        Shared { turns: self, first: AtomicUsize::new(0), taken: flags(), done: flags() }
     }
 }
 
 /// Bins of which each thread takes the next.
 pub(crate) struct Shared<'a> {
     turns: &'a Turns,
-    next: AtomicUsize,
+    /// Turns before this one are taken.
+    first: AtomicUsize,
+    taken: Vec<AtomicBool>,
     done: Vec<AtomicBool>,
 }
 
 impl Shared<'_> {
-    /// Works on bins, one after the other, for as long as there are some: each once all are done that come before it and touch common nodes.
-    ///
-    /// Those were taken earlier, so that whoever has them does not wait for this thread.
+    /// Works on bins, one after the other, until all are taken: on the first of which all are done that come before it and touch common
+    /// nodes. There always is one, or somebody works on such a one.
     pub(crate) fn work(&self, mut on: impl FnMut(u32)) {
-        while let Some(&bin) = self.turns.order.get(self.next.fetch_add(1, Ordering::Relaxed)) {
-            for &other in &self.turns.before[bin as usize] {
-                let mut looks = 0;
-                while !self.done[other as usize].load(Ordering::Acquire) {
+        let mut looks = 0;
+        loop {
+            match self.take() {
+                Next::Take(bin) => {
+                    let _done = Done(&self.done[bin as usize]);
+                    on(bin);
+                    looks = 0;
+                }
+                Next::Wait => {
                     looks += 1;
                     if looks % LOOKS == 0 { std::thread::yield_now() } else { std::hint::spin_loop() }
                 }
+                Next::End => return,
             }
-            let _done = Done(&self.done[bin as usize]);
-            on(bin);
         }
     }
+
+    fn take(&self) -> Next {
+        let Turns { order, before } = self.turns;
+        let (mut first, mut waits) = (self.first.load(Ordering::Relaxed), false);
+        for turn in first..order.len() {
+            let bin = order[turn];
+            let taken = &self.taken[bin as usize];
+            if taken.load(Ordering::Relaxed) {
+                if turn == first {
+                    first += 1;
+                    self.first.fetch_max(first, Ordering::Relaxed);
+                }
+            } else if before[bin as usize].iter().any(|&other| !self.done[other as usize].load(Ordering::Acquire)) {
+                waits = true;
+            } else if !taken.swap(true, Ordering::Relaxed) {
+                return Next::Take(bin);
+            }
+        }
+        if waits { Next::Wait } else { Next::End }
+    }
+}
+
+enum Next {
+    Take(u32),
+    /// Others are at work on what all that are left wait for.
+    Wait,
+    End,
 }
 
 /// Says that a bin is done, also where work on it ends in a panic: the others would wait for ever.

@@ -3,16 +3,19 @@
 use super::pass::error;
 use super::{Stepper, worth_sharing};
 use crate::component::StepError;
-use crate::grid::{LARGEST_DRIFT, sort};
+use crate::grid::{LARGEST_DRIFT, Lanes, sort};
 use crate::model::Model;
 use crate::state::{Order, State};
 use crate::transfer::{Fault, FaultKind, SweepReport};
+use rayon::prelude::*;
 
 /// Runs of particles in one cell that take as much time as sorting a particle among all. Sorting is worth its time once it would have saved
 /// as much.
 const RUNS_A_SORT: f64 = 1.2;
 /// The same for sorting it within its bin.
 const RUNS_A_TIDY: f64 = 0.1;
+/// Nodes that a thread looks through at a time.
+const SOME: usize = 4096;
 
 impl Stepper {
     /// Sorts the particles where their order does not fit the grid any more.
@@ -66,9 +69,9 @@ impl Stepper {
     /// Where particles give in such a pass, weights are not negative and sum to 1: nobody moves faster than the fastest node. But of a node
     /// with less mass than a particle, which may be thrown far, nobody sees more than the ratio of the masses.
     pub(super) fn look_ahead(&self, model: &Model, state: &mut State, dt: f64) {
-        let (mut fastest, mut light) = ([0.0f64; 3], [0.0f64; 3]);
-        if model.fuses() {
-            for &[mass, x, y, z] in &self.grid.momentum {
+        let of = |nodes: &[Lanes]| {
+            let (mut fastest, mut light) = ([0.0; 3], [0.0; 3]);
+            for &[mass, x, y, z] in nodes {
                 // most nodes of the active blocks are empty
                 if mass == 0.0 {
                     continue;
@@ -81,7 +84,17 @@ impl Stepper {
                     fastest = larger(fastest, speed);
                 }
             }
-        }
+            (fastest, light)
+        };
+        let nodes: &[Lanes] = &self.grid.momentum;
+        let (fastest, light) = if !model.fuses() {
+            Default::default()
+        } else if worth_sharing(state) {
+            let parts = nodes.par_chunks(SOME).map(of);
+            parts.reduce(Default::default, |a, b| (larger(a.0, b.0), larger(a.1, b.1)))
+        } else {
+            of(nodes)
+        };
         let nodes = (model.axes[0].width() as f64).powi(model.dimension as i32);
         let mut reach = (0..model.dimension).map(|a| (fastest[a] + nodes * light[a]) * dt * model.axes[a].inverse_cell());
         let order = &mut state.order;
