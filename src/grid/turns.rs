@@ -78,16 +78,17 @@ impl Shared<'_> {
 
     fn take(&self) -> Next {
         let Turns { order, before } = self.turns;
-        let (mut first, mut waits) = (self.first.load(Ordering::Relaxed), false);
-        for turn in first..order.len() {
-            let bin = order[turn];
+        let (first, mut all_taken, mut waits) = (self.first.load(Ordering::Relaxed), true, false);
+        for (turn, &bin) in order.iter().enumerate().skip(first) {
             let taken = &self.taken[bin as usize];
             if taken.load(Ordering::Relaxed) {
-                if turn == first {
-                    first += 1;
-                    self.first.fetch_max(first, Ordering::Relaxed);
+                if all_taken {
+                    self.first.fetch_max(turn + 1, Ordering::Relaxed);
                 }
-            } else if before[bin as usize].iter().any(|&other| !self.done[other as usize].load(Ordering::Acquire)) {
+                continue;
+            }
+            all_taken = false;
+            if before[bin as usize].iter().any(|&other| !self.done[other as usize].load(Ordering::Acquire)) {
                 waits = true;
             } else if !taken.swap(true, Ordering::Relaxed) {
                 return Next::Take(bin);
