@@ -70,7 +70,8 @@
 //!   snapshot format. A grid node always has four lanes (mass and three axes), which is one vector register.
 //! - A step begins in the pass over the particles that ends the one before it, where nothing but particles gives to the grid (`Model::fuses`): each
 //!   particle is then loaded once a step. The length of a step is decided one ahead for that.
-//! - Particles of blocks of one colour are neighbours in memory (`grid/order.rs`): passes go colour by colour, and so from one end of memory to the other.
+//! - Particles of blocks of one colour are neighbours in memory (`grid/order.rs`), as a pass takes the blocks colour by colour. But no colour waits
+//!   for the one before: a block waits for its neighbours (`grid/turns.rs`), which add to common nodes in one order whatever the threads.
 //! - Loads hang on particles (`x = x_p + F_p d`) and act through the first-order expansion of the shape functions around their particle.
 //!   Force and moment are exact, no node without mass is ever loaded, and surface points need no state.
 //! - The stable step comes from the discrete operator of the scene by a few Lanczos steps (`step/limit.rs`), not from a Courant number:

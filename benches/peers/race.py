@@ -17,7 +17,7 @@ from common import SIZES, WAVE
 HERE = Path(__file__).parent
 OUT = Path("target/peers/peers.csv")
 # steps of a timing, by particles
-STEPS = {97336: 10, 1000000: 3}
+STEPS = {97336: 20, 1000000: 10}
 
 
 def scene(task: dict) -> str:

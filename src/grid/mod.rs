@@ -182,7 +182,8 @@ impl Grid {
             let (origin, (low, high)) = (self.shape.first(bin.block), reach(model, bin));
             Home { frame: Frame::new(origin[2], low, high), origin, blocks }
         }));
-        self.turns = Turns::new(bins);
+        let blocks: Vec<Block> = bins.iter().map(|bin| (bin.field, bin.block)).collect();
+        self.turns = Turns::new(&blocks, |bin| bins[bin].end - bins[bin].start);
         if !known {
             self.meet();
             self.tie(model);

@@ -1,7 +1,6 @@
 //! Which bins may be worked on side by side.
 
 use super::{Block, colour};
-use crate::state::Bin;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -19,19 +18,32 @@ pub(crate) struct Turns {
 }
 
 impl Turns {
-    /// Of bins in this order in memory.
-    pub(super) fn new(bins: &[Bin]) -> Self {
-        let particles = |bin: u32| bins[bin as usize].end - bins[bin as usize].start;
-        let mut order: Vec<u32> = (0..bins.len() as u32).collect();
-        order.sort_by_key(|&bin| (colour(bins[bin as usize].block), std::cmp::Reverse(particles(bin))));
-        let table: HashMap<Block, u32> = (0..).zip(bins).map(|(i, bin)| ((bin.field, bin.block), i)).collect();
-        let before = bins.iter().map(|bin| {
+    /// Of bins in these blocks, with so many particles each.
+    pub(crate) fn new(blocks: &[Block], particles: impl Fn(usize) -> u32) -> Self {
+        let mut order: Vec<u32> = (0..blocks.len() as u32).collect();
+        order.sort_by_key(|&bin| (colour(blocks[bin as usize].1), std::cmp::Reverse(particles(bin as usize))));
+        let table: HashMap<Block, u32> = (0..).zip(blocks).map(|(bin, block)| (*block, bin)).collect();
+        let before = blocks.iter().map(|&(field, block)| {
             // bins touch the nodes of their own block and of the next an axis
-            let near = (0..27).map(|k| [k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1]).map(|way| [0, 1, 2].map(|s| bin.block[s] + way[s]));
-            let earlier = near.filter(|&block| colour(block) < colour(bin.block));
-            earlier.filter_map(|block| table.get(&(bin.field, block)).copied()).collect()
+            let near = (0..27).map(|k| [k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1]).map(|way| [0, 1, 2].map(|s| block[s] + way[s]));
+            let earlier = near.filter(|&other| colour(other) < colour(block));
+            earlier.filter_map(|other| table.get(&(field, other)).copied()).collect()
         });
         Self { before: before.collect(), order }
+    }
+
+    /// Rounds that so many threads need, if all bins take as long.
+    pub(crate) fn rounds(&self, threads: usize) -> usize {
+        let (mut done, mut rounds) = (vec![false; self.order.len()], 0);
+        let mut left = self.order.clone();
+        while !left.is_empty() {
+            let ready = |bin: &u32| self.before[*bin as usize].iter().all(|&other| done[other as usize]);
+            let some: Vec<u32> = left.iter().copied().filter(ready).take(threads).collect();
+            some.iter().for_each(|&bin| done[bin as usize] = true);
+            left.retain(|&bin| !done[bin as usize]);
+            rounds += 1;
+        }
+        rounds
     }
 
     /// Numbers of the bins, in their order.
@@ -119,18 +131,13 @@ mod tests {
     use super::*;
     use std::sync::Mutex;
 
-    /// A bin of so many particles.
-    fn bin(block: [i32; 3], particles: u32) -> Bin {
-        Bin { field: 0, block, low: block, high: block, start: 0, end: particles }
-    }
-
     #[test]
     fn neighbours_never_meet_and_keep_their_order() {
         // 5 x 4 x 3 blocks of many sizes
-        let bins: Vec<Bin> = (0..60).map(|b| bin([b / 12, b / 3 % 4, b % 3], 1 + (37 * b as u32) % 23)).collect();
-        let turns = Turns::new(&bins);
+        let blocks: Vec<Block> = (0..60).map(|b| (0, [b / 12, b / 3 % 4, b % 3])).collect();
+        let turns = Turns::new(&blocks, |bin| (37 * bin as u32) % 23);
         let near = |a: u32, b: u32| {
-            let [a, b] = [a, b].map(|bin| bins[bin as usize].block);
+            let [a, b] = [a, b].map(|bin| blocks[bin as usize].1);
             (0..3).all(|s| (a[s] - b[s]).abs() <= 1)
         };
         for _ in 0..50 {
@@ -151,7 +158,7 @@ mod tests {
                 }
             });
             let ended = ended.into_inner().expect("no panic");
-            assert_eq!(ended.len(), bins.len());
+            assert_eq!(ended.len(), blocks.len());
             let place = |list: &[u32], bin: u32| list.iter().position(|&b| b == bin).expect("all are there");
             for a in 0..60 {
                 for b in (0..60).filter(|&b| near(a, b)) {
@@ -164,8 +171,8 @@ mod tests {
 
     #[test]
     fn a_panic_reaches_the_caller() {
-        let bins: Vec<Bin> = (0..9).map(|b| bin([0, b / 3, b % 3], 1)).collect();
-        let turns = Turns::new(&bins);
+        let blocks: Vec<Block> = (0..9).map(|b| (0, [0, b / 3, b % 3])).collect();
+        let turns = Turns::new(&blocks, |_| 1);
         let shared = turns.share();
         let caught = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
             std::thread::scope(|scope| {

@@ -11,9 +11,9 @@ use rayon::prelude::*;
 
 /// Runs of particles in one cell that take as much time as sorting a particle among all. Sorting is worth its time once it would have saved
 /// as much.
-const RUNS_A_SORT: f64 = 1.2;
+const RUNS_A_SORT: f64 = 4.0;
 /// The same for sorting it within its bin.
-const RUNS_A_TIDY: f64 = 0.1;
+const RUNS_A_TIDY: f64 = 0.2;
 /// Nodes that a thread looks through at a time.
 const SOME: usize = 4096;
 

@@ -3,6 +3,7 @@
 use super::machine::Limit;
 use super::scenes::{self, APIC, Size};
 use super::{Bench, Count, Entry, three};
+use crate::grid::Turns;
 use crate::study::Section;
 use crate::study::tools::tabulate;
 
@@ -13,14 +14,15 @@ const SHARE: f64 = 0.8;
 const ONE: &str = "1 thread";
 const TWO: &str = "2 threads";
 
-/// Particles of a block of 8 x 8 x 8 cells, which bodies of half a million particles and more are cut into, and colours of blocks.
+/// Particles of a block of 8 x 8 x 8 cells, which bodies of half a million particles and more are cut into.
 const BLOCK: f64 = 8.0 * 512.0;
-const COLOURS: f64 = 8.0;
 
-/// Share of the time in which `cores` have a block, if those of a colour are dealt out evenly and all wait for the last.
+/// Share of the time in which `cores` have a block of a cube of particles, if all blocks take as long: dealt out as a step does.
 fn busy(particles: f64, cores: usize) -> f64 {
-    let blocks = (particles / BLOCK / COLOURS).ceil();
-    blocks / (cores as f64 * (blocks / cores as f64).ceil())
+    let along = (particles / BLOCK).cbrt().round() as i32;
+    let blocks = (0..along.pow(3)).map(|b| [b / (along * along), b / along % along, b % along]).collect::<Vec<_>>();
+    let turns = Turns::new(&blocks.iter().map(|&block| (0, block)).collect::<Vec<_>>(), |_| 0);
+    blocks.len() as f64 / (cores * turns.rounds(cores)) as f64
 }
 
 pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
@@ -88,10 +90,10 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
         text: format!(
             "A particle-step of the common work moves at least {bytes} bytes (double precision). A socket with 12 channels of DDR5-4800 has \
              {:.0} GB/s, of which a triad gets about {:.0} %. {ends}\n\n\
-             - Now: particles in blocks of cells, one at a time to a core. Blocks of one of 8 colours share no node, so that they add to the grid \
-             without locks and in the same order for any number of cores: the same bytes. A colour waits for its last block: with {:.0} blocks of \
-             a million particles that is what ends the gain, long before the memory does.\n\
-             - Then: each block keeps the sums of its tile, and nodes add those of their blocks in a fixed order: one barrier in place of 8, and all \
+             - Now: particles in blocks of cells, one at a time to a core. A block waits for those of its 26 neighbours that come before it in a \
+             fixed order, so that they add to the grid without locks and alike for any number of cores: the same bytes. With {:.0} blocks of \
+             a million particles, of which at most one in 8 is open at a time, that is what ends the gain, long before the memory does.\n\
+             - Then: each block keeps the sums of its tile, and nodes add those of their blocks in a fixed order: one barrier, and all \
              blocks are open at once. That costs the tile once more to memory and back, 32 bytes a node: {:.0} bytes a particle.\n\
              - Memory is placed where it is used: each core is the first to write to its own blocks, and keeps them.",
             1e-9 * CHANNELS,
@@ -109,8 +111,9 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
 mod tests {
     #[test]
     fn cores_wait_where_blocks_are_few() {
-        // 31 blocks of a colour
-        assert_eq!([1, 2, 16, 64].map(|cores| super::busy(1e6, cores)), [1.0, 31.0 / 32.0, 31.0 / 32.0, 31.0 / 64.0]);
+        // 6 x 6 x 6 blocks, 27 of a colour
+        assert_eq!([1, 27].map(|cores| super::busy(1e6, cores)), [1.0, 1.0]);
+        assert!(super::busy(1e6, 16) > 0.9 && super::busy(1e6, 64) <= 27.0 / 64.0);
         assert!(super::busy(1e8, 64) > 0.98);
     }
 }

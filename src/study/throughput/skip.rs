@@ -162,7 +162,9 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
         text: format!(
             "A plain block of 13 824 particles (FLIP, quadratic B-splines, stress last; no boundary, load, probe or recording) against the same \
              scene in which one thing is declared but has nothing to do, and one in which it is in use. {CALLS} calls of `step` a timing, of one \
-             substep each; one thread. The first row says how far from 1 a ratio is by chance."
+             substep each; one thread. The first row says how far from 1 a ratio is by chance; where the memory of a process lies moves it by \
+             a hundredth or two. `cargo bench --bench instructions` counts the instructions of such pairs, which are the same in each run, and \
+             holds them to the same figure."
         ),
         tables: vec![table],
         findings: findings.collect(),
