@@ -71,21 +71,17 @@ impl Solver {
         }
     }
 
-    /// One step of length `dt` \[s\], to be followed at once by one of length `next`, if any. On an error the state is spoilt; the caller
-    /// holds a copy.
-    pub(crate) fn advance(&mut self, model: &Model, state: &mut State, dt: f64, next: Option<f64>) -> Result<(), StepError> {
-        if self.shares(state) { awake(|| self.advance_here(model, state, dt, next)) } else { self.advance_here(model, state, dt, next) }
-    }
-
     /// Whether loops of a step are shared between threads.
-    fn shares(&self, state: &State) -> bool {
+    pub(crate) fn shares(&self, state: &State) -> bool {
         match self {
             Self::Updated(_) | Self::Implicit(_) => worth_sharing(state),
             Self::Total(total) => total.shares(state),
         }
     }
 
-    fn advance_here(&mut self, model: &Model, state: &mut State, dt: f64, next: Option<f64>) -> Result<(), StepError> {
+    /// One step of length `dt` \[s\], to be followed at once by one of length `next`, if any. On an error the state is spoilt; the caller
+    /// holds a copy.
+    pub(crate) fn advance(&mut self, model: &Model, state: &mut State, dt: f64, next: Option<f64>) -> Result<(), StepError> {
         match self {
             Self::Updated(stepper) => stepper.advance(model, state, dt, next),
             Self::Implicit(updated) => match model.implicit {
@@ -211,7 +207,7 @@ impl Solver {
 }
 
 /// Does some work on a thread of the pool while the others stay awake: it takes long for one to wake up, and a step has a dozen loops to share.
-fn awake<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+pub(crate) fn awake<R: Send>(work: impl FnOnce() -> R + Send) -> R {
     thread_local!(static LEADS: Cell<bool> = const { Cell::new(false) });
     /// Says that the work is done, or has panicked.
     struct Done(Arc<AtomicBool>, bool);

@@ -15,7 +15,7 @@ pub use variable::{Causality, Fallback, Report, Variable};
 
 use crate::model::{Masses, Model, Pace, Signal};
 use crate::scene::{Fault, Scene, SceneError};
-use crate::solver::Solver;
+use crate::solver::{Solver, awake};
 use crate::state::State;
 use crate::step::Wrong;
 use crate::step::measure::Measures;
@@ -201,7 +201,8 @@ impl Simulation {
     /// # Errors
     /// A step that cannot be done; the state is then as it was before the call.
     pub fn step(&mut self, dt: f64) -> Result<Report, StepError> {
-        self.step_while(dt, &mut || true)
+        // the threads stay awake from the first substep to the last
+        if self.solver.shares(&self.state) { awake(|| self.step_asking(dt, None)) } else { self.step_asking(dt, None) }
     }
 
     /// As [`step`](Self::step), as long as `proceed` says so: it is asked after each substep but the last.
@@ -209,6 +210,10 @@ impl Simulation {
     /// # Errors
     /// As [`step`](Self::step), and [`StepError::Interrupted`] where `proceed` said no; the state is then as it was before the call.
     pub fn step_while(&mut self, dt: f64, proceed: &mut dyn FnMut() -> bool) -> Result<Report, StepError> {
+        self.step_asking(dt, Some(proceed))
+    }
+
+    fn step_asking(&mut self, dt: f64, proceed: Option<&mut dyn FnMut() -> bool>) -> Result<Report, StepError> {
         if !(dt > 0.0 && dt.is_finite()) {
             return Err(StepError::BadStep { step: dt });
         }
@@ -223,7 +228,7 @@ impl Simulation {
         result
     }
 
-    fn substeps(&mut self, dt: f64, proceed: &mut dyn FnMut() -> bool) -> Result<Report, StepError> {
+    fn substeps(&mut self, dt: f64, mut proceed: Option<&mut dyn FnMut() -> bool>) -> Result<Report, StepError> {
         let (start, first) = (self.state.time, self.state.steps);
         let end = start + dt;
         let mut smallest = f64::INFINITY;
@@ -240,14 +245,14 @@ impl Simulation {
             if time + h <= time || h.is_nan() {
                 return Err(StepError::Unstable { time, stable: self.max_step() });
             }
-            self.solver.advance(&self.model, &mut self.state, h, next.map(|(_, h)| h))?;
+            self.advance(h, next.map(|(_, h)| h), proceed.is_some())?;
             done += 1.0;
             let taken = self.state.time - time;
             smallest = smallest.min(taken);
             if left <= 1.0 && taken >= (1.0 - 1e-9) * h {
                 break;
             }
-            if !proceed() {
+            if !proceed.as_mut().is_none_or(|proceed| proceed()) {
                 return Err(StepError::Interrupted { time: self.state.time });
             }
             (left, h) = next.unwrap_or_else(|| self.plan(dt, self.state.time, end, done));
@@ -257,6 +262,13 @@ impl Simulation {
         let (substeps, iterations) = (self.state.steps - first, self.solver.iterations());
         self.iterations += iterations;
         Ok(Report { time: end, substeps, smallest_step: smallest, iterations })
+    }
+
+    /// One substep. Who is asked between two of them is asked on the thread of the caller: then each is handed to the others by itself.
+    fn advance(&mut self, h: f64, next: Option<f64>, asking: bool) -> Result<(), StepError> {
+        let Self { solver, model, state, .. } = self;
+        let wakes = asking && solver.shares(state);
+        if wakes { awake(|| solver.advance(model, state, h, next)) } else { solver.advance(model, state, h, next) }
     }
 
     /// How many substeps are left at `time` of a step of length `dt` that ends at `end`, of which some are `done`, and how long the next is.
