@@ -29,7 +29,11 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
     });
     Ok(Section {
         title: "A larger domain".into(),
-        text: format!("The block of {} particles; the cube in which it falls is ten times as wide, high and deep.", size.particles()),
+        text: format!(
+            "The block of {} particles; the cube in which it falls is ten times as wide, high and deep. Where the memory of a process lies moves \
+             a time by hundredths; `cargo bench --bench instructions` counts the instructions of such a pair.",
+            size.particles()
+        ),
         tables: vec![table],
         findings,
         failures: race.faults,
