@@ -1,5 +1,6 @@
 //! Memory that starts where a line of the cache does.
 
+use rayon::prelude::*;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 pub(crate) const NUMBERS_PER_LINE: usize = 8;
@@ -12,6 +13,31 @@ pub(crate) struct Lines(Vec<Line>);
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[repr(C, align(64))]
 struct Line([f64; NUMBERS_PER_LINE]);
+
+/// Lines from which a copy is shared between threads.
+const WORTH_SHARING: usize = 1 << 15;
+
+/// Lines of which most would be gone from the caches before anybody reads them again (measured: with a million particles a call of `step`
+/// with ten substeps takes 1/15 less time, with 100,000 as long).
+const TOO_MANY: usize = 1 << 18;
+
+/// Copies lines to memory without loading first what is there, on a CPU whose instructions for it are known.
+fn copy_past_caches(to: &mut [Line], from: &[Line]) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_mm_loadu_pd, _mm_sfence, _mm_stream_pd};
+        for (to, from) in to.iter_mut().zip(from) {
+            for pair in (0..NUMBERS_PER_LINE).step_by(2) {
+                // SAFETY: every x86-64 has SSE2; both pairs lie in their lines, whose beginnings are multiples of 64 bytes.
+                unsafe { _mm_stream_pd(to.0.as_mut_ptr().add(pair), _mm_loadu_pd(from.0.as_ptr().add(pair))) };
+            }
+        }
+        // SAFETY: as above. Other threads see nothing of such a store before.
+        unsafe { _mm_sfence() };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    to.copy_from_slice(from);
+}
 
 impl Lines {
     /// Whole lines, enough for so many numbers.
@@ -38,7 +64,15 @@ impl Clone for Lines {
     }
     // into the memory that is there
     fn clone_from(&mut self, other: &Self) {
-        self.0.clone_from(&other.0);
+        let (from, to) = (&other.0, &mut self.0);
+        if from.len() < WORTH_SHARING || to.len() != from.len() {
+            to.clone_from(from);
+            return;
+        }
+        let copy = if from.len() < TOO_MANY { <[Line]>::copy_from_slice } else { copy_past_caches };
+        // each thread one long part: many short ones take longer (measured)
+        let some = from.len().div_ceil(rayon::current_num_threads());
+        to.par_chunks_mut(some).zip(from.par_chunks(some)).for_each(|(to, from)| copy(to, from));
     }
 }
 

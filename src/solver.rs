@@ -4,7 +4,7 @@ use crate::component::{Fallback, StepError};
 use crate::model::Model;
 use crate::state::State;
 use crate::step::measure::Measures;
-use crate::step::{Stepper, Wrong, limit, worth_sharing};
+use crate::step::{Next, Stepper, Wrong, limit, worth_sharing};
 use crate::total::{Total, Updated};
 use std::cell::Cell;
 use std::sync::Arc;
@@ -79,9 +79,8 @@ impl Solver {
         }
     }
 
-    /// One step of length `dt` \[s\], to be followed at once by one of length `next`, if any. On an error the state is spoilt; the caller
-    /// holds a copy.
-    pub(crate) fn advance(&mut self, model: &Model, state: &mut State, dt: f64, next: Option<f64>) -> Result<(), StepError> {
+    /// One step of length `dt` \[s\], and what can be done for the `next` in passing. On an error the state is spoilt; the caller holds a copy.
+    pub(crate) fn advance(&mut self, model: &Model, state: &mut State, dt: f64, next: Option<Next>) -> Result<(), StepError> {
         match self {
             Self::Updated(stepper) => stepper.advance(model, state, dt, next),
             Self::Implicit(updated) => match model.implicit {

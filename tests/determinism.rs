@@ -96,6 +96,23 @@ fn a_restored_run_gives_the_same_bytes() {
     }
 }
 
+/// The pass that ends a call of `step` begins the next one, if it is as long as those before. Whoever has nothing to go on with, after a
+/// restart, gets the same bytes.
+#[test]
+fn calls_that_go_on_and_calls_that_begin_anew_give_the_same_bytes() {
+    let single = r#"apic", precision = "single"#;
+    for (dimension, transfer) in [(2, "apic"), (2, "flip"), (3, "apic"), (3, "flip"), (3, single)] {
+        let (mut whole, mut anew) = (build(dimension, transfer), build(dimension, transfer));
+        // as short as a substep, as several, and not what was expected
+        for dt in [1e-3, 1e-3, 1e-3, 0.02, 0.02, 1e-3, 1e-3, 2e-3, 0.02, 0.02, 0.02] {
+            anew.restore(&whole.save()).unwrap();
+            whole.step(dt).unwrap();
+            anew.step(dt).unwrap();
+            assert!(whole.save() == anew.save(), "{dimension}D {transfer}, {dt} s until {} s", whole.time());
+        }
+    }
+}
+
 #[test]
 fn an_interrupted_step_leaves_no_trace() {
     let mut sim = build(2, "apic");

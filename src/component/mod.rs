@@ -17,8 +17,8 @@ use crate::model::{Masses, Model, Pace, Signal};
 use crate::scene::{Fault, Scene, SceneError};
 use crate::solver::{Solver, awake};
 use crate::state::State;
-use crate::step::Wrong;
 use crate::step::measure::Measures;
+use crate::step::{Next, Wrong};
 use exact::Exact;
 use output::Outputs;
 use std::path::Path;
@@ -43,6 +43,8 @@ pub struct Simulation {
     choices: Vec<Choice>,
     /// State before the step under way.
     backup: State,
+    /// Length of the last call of `step` \[s\]: where the one before had the same, the next is taken to have it too.
+    last_call: f64,
     /// Iterations of the solver of the mass matrix since the simulation was made.
     iterations: u64,
 }
@@ -100,7 +102,20 @@ impl Simulation {
         let exact = scene.exact.as_ref().map(|e| Exact::new(e, model.dimension)).transpose().map_err(|m| fault("exact", m))?;
         let initial = solver.measure(&model, &mut state).map_err(|e| fault("body", e.to_string()))?;
         let outputs = Outputs::new(&model, &state, exact.as_ref());
-        Ok(Self { scene, model, state, solver, stable_step, exact, initial, outputs, choices, backup: State::default(), iterations: 0 })
+        Ok(Self {
+            scene,
+            model,
+            state,
+            solver,
+            stable_step,
+            exact,
+            initial,
+            outputs,
+            choices,
+            backup: State::default(),
+            last_call: 0.0,
+            iterations: 0,
+        })
     }
 
     /// A simulation of the same scene that takes over states of this one; it is in none until then.
@@ -117,6 +132,7 @@ impl Simulation {
             initial: self.initial.clone(),
             choices: self.choices.clone(),
             backup: State::default(),
+            last_call: 0.0,
             iterations: 0,
         }
     }
@@ -224,6 +240,7 @@ impl Simulation {
             self.solver.forget(&self.model);
         } else {
             self.outputs.outdate();
+            self.last_call = dt;
         }
         result
     }
@@ -238,14 +255,14 @@ impl Simulation {
         loop {
             let time = self.state.time;
             // one ahead: the pass that ends a step begins the next
-            let next = match self.model.pace {
-                Pace::Error { .. } => None,
-                _ => (left > 1.0).then(|| self.plan(dt, time + h, end, done + 1.0)),
-            };
+            let knows = !matches!(self.model.pace, Pace::Error { .. });
+            let next = (knows && left > 1.0).then(|| self.plan(dt, time + h, end, done + 1.0));
+            let of_next_call = || (knows && dt == self.last_call).then(|| self.plan(dt, end, end + dt, 0.0));
+            let coming = next.or_else(of_next_call).map(|(_, dt)| Next { dt, at_once: next.is_some() });
             if time + h <= time || h.is_nan() {
                 return Err(StepError::Unstable { time, stable: self.max_step() });
             }
-            self.advance(h, next.map(|(_, h)| h), proceed.is_some())?;
+            self.advance(h, coming, proceed.is_some())?;
             done += 1.0;
             let taken = self.state.time - time;
             smallest = smallest.min(taken);
@@ -265,7 +282,7 @@ impl Simulation {
     }
 
     /// One substep. Who is asked between two of them is asked on the thread of the caller: then each is handed to the others by itself.
-    fn advance(&mut self, h: f64, next: Option<f64>, asking: bool) -> Result<(), StepError> {
+    fn advance(&mut self, h: f64, next: Option<Next>, asking: bool) -> Result<(), StepError> {
         let Self { solver, model, state, .. } = self;
         let wakes = asking && solver.shares(state);
         if wakes { awake(|| solver.advance(model, state, h, next)) } else { solver.advance(model, state, h, next) }

@@ -13,10 +13,6 @@ pub(crate) struct Table {
     data: Lines,
 }
 
-/// Numbers from which a copy is shared between threads, in parts of so many.
-const MANY: usize = 1 << 18;
-const SOME: usize = 1 << 14;
-
 /// From one column to the next. A kernel walks down all columns at once; were they a multiple of the page size apart, all would compete
 /// for the same few lines of the cache (measured: 1.6 times slower with a million particles).
 fn stride(rows: usize) -> usize {
@@ -78,12 +74,7 @@ impl Table {
     /// Copies a table into this one, whose memory is used again.
     pub(super) fn copy_from(&mut self, other: &Self) {
         (self.width, self.rows) = (other.width, other.rows);
-        let (from, to) = (other.data.numbers(), &mut self.data);
-        if from.len() < MANY || to.numbers().len() != from.len() {
-            to.clone_from(&other.data);
-        } else {
-            to.numbers_mut().par_chunks_mut(SOME).zip(from.par_chunks(SOME)).for_each(|(to, from)| to.copy_from_slice(from));
-        }
+        self.data.clone_from(&other.data);
     }
     pub(super) fn is(&self, width: usize, rows: usize) -> bool {
         self.width == width

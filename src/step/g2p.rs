@@ -13,6 +13,8 @@ pub(super) struct Update {
     pub(super) kick: Option<f64>,
     pub(super) drift: Option<f64>,
     pub(super) strain: Option<f64>,
+    /// Whether somebody may look at the particles when the step is done.
+    pub(super) seen: bool,
 }
 
 impl Stepper {
@@ -45,10 +47,10 @@ impl Stepper {
             work: model.needs.work && (self.gravity != [0.0; 3] || model.needs.body_force),
             pace: paces,
             // a whole step leaves velocities that the next pass takes from the grid anew
-            keep: model.needs.increment || update.strain.is_none() || update.kick.is_none() || coming.is_none(),
+            keep: model.needs.increment || update.strain.is_none() || update.kick.is_none() || update.seen || coming.is_none(),
         };
         // what is known of particles by their places in memory is known anew after the pass; body forces are not
-        let tidy = coming.is_some() && self.body_force.is_empty() && update.drift.is_some() && self.is_untidy(model, state);
+        let tidy = model.fuses() && update.drift.is_some() && self.is_untidy(model, state);
         let scatter = coming.map(|what| ScatterTask { what, body_force: &[], relieved: &[] });
         let shared = super::worth_sharing(state);
         let sweep = Sweep { model, rows: Rows::new(&mut state.particles), gather: Some(gather), scatter, tidy };
@@ -56,7 +58,7 @@ impl Stepper {
         if let Some(fault) = report.fault {
             return Err(super::pass::error(model, state, fault));
         }
-        self.has_sums = coming.is_some();
+        self.sums = coming;
         if update.drift.is_some() {
             self.look_back(state, &report, tidy);
         }

@@ -43,6 +43,7 @@ impl Stepper {
         state.bins = sort(model, self.grid.shape(), &mut state.particles, shared);
         state.order = Order::default();
         self.lookup.clear();
+        self.sums = None;
         self.grid.arrange(model, &state.bins);
     }
 

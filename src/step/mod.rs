@@ -58,8 +58,8 @@ pub(crate) struct Stepper {
     kicked: f64,
     /// Work of moving boundaries over this step \[J\].
     boundary_work: f64,
-    /// Whether the grid holds what the particles give to the coming projection or step.
-    has_sums: bool,
+    /// What the particles already gave to the coming projection or step, if anything.
+    sums: Option<What>,
     rows: StencilRows,
     integration: Integration,
     matrix: mass::MassMatrix,
@@ -91,7 +91,7 @@ impl Stepper {
             impulse: Vec::new(),
             kicked: 0.0,
             boundary_work: 0.0,
-            has_sums: false,
+            sums: None,
             rows: StencilRows::default(),
             integration: Integration::new(model),
             matrix: mass::MassMatrix::default(),
@@ -130,14 +130,14 @@ impl Stepper {
         Fallback { cells, nodes: extender.ragged.len(), contacts: self.contacts }
     }
 
-    /// One step of length `dt` \[s\], to be followed at once by one of length `next`, if any. On an error the state is spoilt; the caller
-    /// holds a copy.
-    pub(crate) fn advance(&mut self, model: &Model, state: &mut State, dt: f64, next: Option<f64>) -> Result<(), StepError> {
+    /// One step of length `dt` \[s\], and what can be done for the `next` in passing. On an error the state is spoilt; the caller holds a copy.
+    pub(crate) fn advance(&mut self, model: &Model, state: &mut State, dt: f64, next: Option<Next>) -> Result<(), StepError> {
         use g2p::Update;
         let kick = 0.5 * (state.last_step + dt);
         let sums = self.sums_of(model, kick);
-        let coming = next.map(|next| self.sums_of(model, 0.5 * (dt + next)));
-        if std::mem::take(&mut self.has_sums) {
+        let coming = next.map(|next| self.sums_of(model, 0.5 * (dt + next.dt)));
+        let seen = !next.is_some_and(|next| next.at_once);
+        if self.sums.take() == Some(sums) {
             self.load(model, state)?;
             self.take_over_sums(model, state, sums)?;
         } else {
@@ -155,23 +155,23 @@ impl Stepper {
         }
         match model.integrator {
             Integrator::Usl => {
-                self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: Some(dt), strain: Some(dt) }, coming)?;
+                self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: Some(dt), strain: Some(dt), seen }, coming)?;
             }
             Integrator::Usf => {
                 let all = Some(What::MassMomentum);
-                self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: Some(dt), strain: None }, all)?;
-                if !self.has_sums {
+                self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: Some(dt), strain: None, seen }, all)?;
+                if self.sums.is_none() {
                     self.locate(model, state)?;
                 }
                 self.project(model, state, state.time + 0.5 * dt)?;
-                self.grid_to_particles(model, state, &Update { kick: None, drift: None, strain: Some(dt) }, coming)?;
+                self.grid_to_particles(model, state, &Update { kick: None, drift: None, strain: Some(dt), seen }, coming)?;
             }
             // MUSL: the check leaves only these three to explicit steps of the updated formulation
             _ => {
                 let all = Some(What::MassMomentum);
-                self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: None, strain: None }, all)?;
+                self.grid_to_particles(model, state, &Update { kick: Some(kick), drift: None, strain: None, seen }, all)?;
                 self.project(model, state, state.time + 0.5 * dt)?;
-                self.grid_to_particles(model, state, &Update { kick: None, drift: Some(dt), strain: Some(dt) }, coming)?;
+                self.grid_to_particles(model, state, &Update { kick: None, drift: Some(dt), strain: Some(dt), seen }, coming)?;
             }
         }
         self.close_work(model, state);
@@ -181,6 +181,15 @@ impl Stepper {
         state.steps += 1;
         Ok(())
     }
+}
+
+/// The step that follows one, for all that is known.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Next {
+    /// Its length \[s\].
+    pub(crate) dt: f64,
+    /// Whether nobody looks at the state before it.
+    pub(crate) at_once: bool,
 }
 
 /// Particles below which a loop is not worth sharing between threads.

@@ -73,7 +73,7 @@ impl Stepper {
 
     /// Projects the velocity of the particles anew, M v = sum m v N, with the boundaries at `time`.
     pub(super) fn project(&mut self, model: &Model, state: &mut State, time: f64) -> Result<(), StepError> {
-        if std::mem::take(&mut self.has_sums) {
+        if self.sums.take() == Some(What::MassMomentum) {
             self.take_over_sums(model, state, What::MassMomentum)?;
         } else {
             self.particles_to_grid(model, state, What::MassMomentum)?;
