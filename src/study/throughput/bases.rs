@@ -62,7 +62,7 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
             None => entry,
         }
     };
-    let race = bench.race("bases", rows.iter().map(entry).chain([Entry::peak()]).collect(), bench.rounds())?;
+    let race = bench.race("bases", &rows.iter().map(entry).chain([Entry::peak()]).collect::<Vec<_>>(), bench.rounds())?;
     // times as slow as the common work, were all at the same share of what bounds them: operations, or bytes
     let work = |row: &Row| {
         let peak = row.instructions.map_or(machine.peak(), |set| machine.peak_of(set));

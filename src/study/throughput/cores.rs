@@ -30,7 +30,7 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
     let size = bench.effort.pick(Size::COMMON, Size::MILLION);
     let entry = |name: &str, threads: usize| Entry::scene(name, scenes::block(size, APIC, 1), 5).threads(threads);
     let entries = vec![entry(ONE, 1), entry(TWO, 2), Entry::limit(memory, 1), Entry::limit(memory, 2)];
-    let race = bench.race("cores", entries, bench.effort.pick(3, 5))?;
+    let race = bench.race("cores", &entries, bench.effort.pick(3, 5))?;
     let (Some(one), Some(two)) = (race.median(ONE), race.median(TWO)) else {
         return Err(race.faults.into_iter().map(|fault| fault.1).collect::<Vec<_>>().join("; "));
     };

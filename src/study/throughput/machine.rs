@@ -295,8 +295,8 @@ pub(super) fn measure(bench: &mut Bench) -> Result<Machine, String> {
         .flat_map(|set| [Limit::Peak(set, Precision::Double), Limit::Peak(set, Precision::Single)])
         .chain([Limit::Cache, memory])
         .collect();
-    let entries = limits.iter().flat_map(|&limit| [1, 2].map(|threads| Entry::limit(limit, threads))).collect();
-    let race = bench.race("machine", entries, bench.effort.pick(3, 15))?;
+    let entries: Vec<Entry> = limits.iter().flat_map(|&limit| [1, 2].map(|threads| Entry::limit(limit, threads))).collect();
+    let race = bench.race("machine", &entries, bench.effort.pick(3, 15))?;
     let of = |limit: Limit, threads: usize| race.median(&limit.name(threads)).unwrap_or(f64::NAN);
     let peaks = Instructions::all().into_iter().map(|set| (set, of(Limit::Peak(set, Precision::Double), 1)));
     let rows = limits.iter().map(|&limit| {

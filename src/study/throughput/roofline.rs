@@ -143,7 +143,7 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
         let name = "common work";
         let size = bench.effort.pick(Size::QUICK, Size::COMMON);
         let entries = vec![Entry::scene(name, scenes::block(size, APIC, 1), 20), Entry::peak()];
-        let race = bench.race("roofline", entries, bench.rounds())?;
+        let race = bench.race("roofline", &entries, bench.rounds())?;
         let Some(rate) = race.at_peak(name, machine.peak()) else {
             return Err(race.faults.into_iter().map(|fault| fault.1).collect());
         };

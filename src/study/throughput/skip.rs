@@ -136,7 +136,7 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
         rows.push((pair.feature, names));
     }
     // it is about hundredths
-    let race = bench.race("skip", entries, bench.effort.pick(3, 41))?;
+    let race = bench.race_anew("skip", &entries, bench.effort.pick(1, 11), bench.effort.pick(3, 7))?;
     let time = |name: &str| race.ratio(NOTHING, name);
     let of = |names: &[Option<(&str, String)>; 2], which: usize| names[which].as_ref().and_then(|(_, name)| time(name));
     let table = tabulate(
@@ -163,7 +163,7 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
             "A plain block of 13 824 particles (FLIP, quadratic B-splines, stress last; no boundary, load, probe or recording) against the same \
              scene in which one thing is declared but has nothing to do, and one in which it is in use. {CALLS} calls of `step` a timing, of one \
              substep each; one thread. The first row says how far from 1 a ratio is by chance; where the memory of a process lies moves it by \
-             a hundredth or two. `cargo bench --bench instructions` counts the instructions of such pairs, which are the same in each run, and \
+             a hundredth or two, so that all are started anew again and again. `cargo bench --bench instructions` counts the instructions of such pairs, which are the same in each run, and \
              holds them to the same figure."
         ),
         tables: vec![table],

@@ -25,7 +25,7 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
         Entry::scene(STEP, scenes::a2(), 1).calls(calls),
         Entry::scene(MANY, scenes::a2(), 100).calls(calls / 100),
     ];
-    let race = bench.race("small", entries, bench.rounds())?;
+    let race = bench.race("small", &entries, bench.rounds())?;
     let each = |name: &str| race.median(name).map(|rate| PARTICLES / rate);
     let times = tabulate("Time of a call", &["", "microseconds"], [ALL, STEP, MANY], |name| {
         (name.to_owned(), vec![each(name).map(|seconds| three(1e6 * seconds))])

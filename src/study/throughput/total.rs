@@ -21,7 +21,7 @@ pub(super) fn section(bench: &mut Bench) -> Result<Section, String> {
     let size = bench.effort.pick(Size::QUICK, Size::COMMON);
     let mut entries = vec![Entry::scene(UPDATED, scenes::block(size, APIC, 1), 20)];
     entries.extend(ROWS.iter().map(|(name, law, method, each)| Entry::scene(*name, scenes::block_alone(size, law, method, *each), 20)));
-    let race = bench.race("total", entries, bench.rounds())?;
+    let race = bench.race("total", &entries, bench.rounds())?;
     let names = std::iter::once(UPDATED).chain(ROWS.iter().map(|row| row.0));
     let table = tabulate("Rates (medians)", &["", "M/s", "times the updated path"], names, |name| {
         (name.to_owned(), vec![race.median(name).map(million), race.ratio(name, UPDATED).map(three)])
