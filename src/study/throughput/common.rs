@@ -47,7 +47,7 @@ fn section(bench: &mut Bench, part: &str, size: Size, substeps: u64) -> Result<S
         .collect();
     entries.extend([ALONE, PAIR, SINGLE, SINGLE_PAIR].iter().map(|row| Entry::limit(limit(row), row.threads)));
     entries.extend([1, 2].map(|threads| Entry::limit(memory, threads)));
-    let race = bench.race(part, &entries, bench.rounds())?;
+    let race = bench.race_anew(part, &entries, bench.effort.pick(1, 3), bench.rounds())?;
 
     let count = Count::COMMON;
     let share = |row: &Row| {
